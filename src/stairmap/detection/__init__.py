@@ -1,0 +1,1 @@
+"""One depth frame in, stair edges or reasons out."""

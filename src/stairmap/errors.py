@@ -1,0 +1,52 @@
+"""Exceptions that stairmap raises on purpose.
+
+Every message says what was expected, what came, and what to do. Only the
+command line and the ROS node catch them. A scene without a stairway is not an
+error: detectors return an empty, falsy ``Detection`` that carries its reasons.
+"""
+
+from __future__ import annotations
+
+
+class StairmapError(Exception):
+    """Root of all errors that stairmap raises on purpose."""
+
+
+class ConfigError(StairmapError):
+    """A configuration file, key or value cannot be used."""
+
+
+class RecordingError(StairmapError):
+    """A recording, or a file in it, cannot be read."""
+
+
+class CalibrationError(StairmapError):
+    """Camera intrinsics or a depth scale are missing or impossible."""
+
+
+class TrajectoryError(RecordingError):
+    """Poses are missing, out of order or not rigid transforms."""
+
+
+class OutputError(StairmapError):
+    """A result cannot be written."""
+
+
+class MissingPackageError(StairmapError):
+    """An optional package is needed for what was asked.
+
+    Parameters
+    ----------
+    package
+        Name of the missing package.
+    extra
+        Name of the stairmap extra that installs it.
+    purpose
+        What it is needed for, as the end of a sentence.
+    """
+
+    def __init__(self, package: str, extra: str, purpose: str) -> None:
+        super().__init__(
+            f"{purpose} needs the package {package}, which is not installed; "
+            f"run: pip install 'stairmap[{extra}]'"
+        )

@@ -1,0 +1,1 @@
+"""Observations and poses in, stairways out."""

@@ -1,0 +1,1 @@
+"""Depth recordings: what a sensor saw and where it was."""

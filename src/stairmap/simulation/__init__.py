@@ -1,0 +1,1 @@
+"""Recordings of known stairways, with honest sensors and honest odometry."""
