@@ -120,7 +120,7 @@ def rotation_between(source: Vector, destination: Vector) -> Float64Array:
     return rotation_from_vector(cross / sine * np.arctan2(sine, cosine))
 
 
-def interpolate_poses(stamps_ns: Float64Array, poses: Float64Array, wanted_ns: Float64Array) -> Float64Array:
+def interpolate_poses(stamps_ns: IntArray, poses: Float64Array, wanted_ns: IntArray) -> Float64Array:
     """Interpolate poses at given times: translations linearly, rotations by slerp.
 
     Parameters
