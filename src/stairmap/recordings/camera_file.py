@@ -1,0 +1,180 @@
+"""camera.json: intrinsics, depth scale and, for images without poses, which way is up."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stairmap.arrays import Vector, readonly
+from stairmap.camera import PinholeCamera
+from stairmap.errors import CalibrationError, RecordingError
+from stairmap.geometry import normalized
+from stairmap.recordings.stamped_table import load_text, quoted
+
+REQUIRED_KEYS = ("width", "height", "fx", "fy", "cx", "cy", "depth_scale")
+"""What camera.json must hold."""
+
+MAX_FIELD_OF_VIEW = math.radians(170)
+"""No pinhole camera sees more; such a focal length is not in pixels."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraFile:
+    """What camera.json says.
+
+    Attributes
+    ----------
+    camera
+        Intrinsics.
+    depth_scale
+        PNG values per metre.
+    up
+        (3,) unit vector opposite to gravity, camera frame; ``None`` where the file does not tell.
+    notes
+        What looks strange but can be used, one sentence each.
+    """
+
+    camera: PinholeCamera
+    depth_scale: float = 1000.0
+    up: Vector | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.depth_scale) and self.depth_scale > 0):
+            raise CalibrationError(
+                f"depth_scale must be positive (PNG values per metre, 1000 for mm), got {self.depth_scale:g}"
+            )
+        if self.up is not None:
+            try:
+                object.__setattr__(self, "up", readonly(normalized(self.up)))
+            except ValueError as error:
+                raise CalibrationError(f"up: {error}") from error
+
+
+def load_camera_file(path: Path) -> CameraFile:
+    """Read camera.json.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read.
+    CalibrationError
+        If it is not JSON, a key is missing or misspelt, or a value is impossible.
+    """
+    values = _load_json(path)
+    _check_keys(values, path)
+    try:
+        width, height = (_whole_number(values, key) for key in ("width", "height"))
+        fx, fy, cx, cy, depth_scale = (_number(values, key) for key in REQUIRED_KEYS[2:])
+        camera = PinholeCamera(width=width, height=height, fx=fx, fy=fy, cx=cx, cy=cy)
+        for name, size, focal in (("fx", width, fx), ("fy", height, fy)):
+            if 2 * math.atan2(size / 2, focal) > MAX_FIELD_OF_VIEW:
+                raise CalibrationError(
+                    f"{name} must be in pixels, got {focal:g} for an image of {size} pixels"
+                )
+        up = None if values.get("up") is None else _vector(values, "up")
+        notes = tuple(f"{path.name}: {note}" for note in _find_oddities(camera, up, values))
+        return CameraFile(camera=camera, depth_scale=depth_scale, up=up, notes=notes)
+    except CalibrationError as error:
+        raise CalibrationError(f"{path}: {error}") from error
+
+
+def dump_camera_file(path: Path, contents: CameraFile) -> None:
+    """Write camera.json; ``load_camera_file`` reads it back equal.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    camera = contents.camera
+    values: dict[str, Any] = {key: getattr(camera, key) for key in REQUIRED_KEYS[:-1]}
+    values["depth_scale"] = contents.depth_scale
+    if contents.up is not None:
+        values["up"] = [float(value) for value in contents.up]
+    path.write_text(json.dumps(values, indent=1) + "\n", encoding="utf-8")
+
+
+def _load_json(path: Path) -> dict[str, Any]:
+    try:
+        text = load_text(path)
+    except RecordingError as error:
+        raise CalibrationError(str(error)) from error
+    try:
+        values = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise CalibrationError(f"{path}:{error.lineno}: expected JSON: {error.msg}") from error
+    except (ValueError, RecursionError) as error:
+        raise CalibrationError(f"{path}: expected JSON: {quoted(str(error))}") from error
+    if not isinstance(values, dict):
+        raise CalibrationError(
+            f"{path}: expected an object with {', '.join(REQUIRED_KEYS)}, got {quoted(text)}"
+        )
+    return values
+
+
+def _check_keys(values: dict[str, Any], path: Path) -> None:
+    """Refuse missing keys, and unknown ones that look like a misspelt known one."""
+    unknown = [key for key in values if key not in (*REQUIRED_KEYS, "up")]
+    lowered = {key.lower().replace("_", ""): key for key in unknown}
+    for key in (*REQUIRED_KEYS, "up"):
+        if key in values:
+            continue
+        near = difflib.get_close_matches(key.replace("_", ""), lowered, n=1, cutoff=0.8)
+        found = lowered[near[0]] if near else None
+        if found is not None:
+            raise CalibrationError(f"{path}: expected the key '{key}', found {quoted(found)}; rename it")
+        if key == "depth_scale":
+            raise CalibrationError(
+                f"{path}: expected the key 'depth_scale', PNG values per metre; add \"depth_scale\": 1000 "
+                "for images in millimetres, 5000 for TUM RGB-D"
+            )
+        if key != "up":
+            has = ", ".join(list(values)[:12]) or "nothing"
+            raise CalibrationError(
+                f"{path}: expected the key '{key}'; it must hold {', '.join(REQUIRED_KEYS)}, "
+                f"and has {quoted(has)}"
+            )
+
+
+def _number(values: dict[str, Any], key: str) -> float:
+    value = values[key]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise CalibrationError(f"{key} must be a number, got {quoted(json.dumps(value))}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise CalibrationError(f"{key} must be finite, got a number of {len(str(value))} digits") from None
+
+
+def _whole_number(values: dict[str, Any], key: str) -> int:
+    number = _number(values, key)
+    if not number.is_integer():
+        raise CalibrationError(f"{key} must be a whole number of pixels, got {number:g}")
+    return int(number)
+
+
+def _vector(values: dict[str, Any], key: str) -> Vector:
+    value = values[key]
+    if not isinstance(value, list) or len(value) != 3:
+        raise CalibrationError(f"{key} must be three numbers [x, y, z], got {quoted(json.dumps(value))}")
+    return np.array([_number({key: number}, key) for number in value])
+
+
+def _find_oddities(camera: PinholeCamera, up: Vector | None, values: dict[str, Any]) -> list[str]:
+    notes = [f"the key {quoted(key)} is not used" for key in values if key not in (*REQUIRED_KEYS, "up")]
+    if not (0 <= camera.cx <= camera.width - 1 and 0 <= camera.cy <= camera.height - 1):
+        notes.append(
+            f"the principal point ({camera.cx:g}, {camera.cy:g}) lies outside the image of "
+            f"{camera.width}x{camera.height}; are these the intrinsics of another resolution?"
+        )
+    # Optical y points down, so up has a negative y unless the camera hangs upside down.
+    if up is not None and up[1] > 0.5 * np.linalg.norm(up):
+        notes.append("up points to the lower side of the image; is it gravity, which is the opposite?")
+    return notes
