@@ -94,8 +94,10 @@ def dump_camera_file(path: Path, contents: CameraFile) -> None:
         If it cannot be written.
     """
     camera = contents.camera
-    values: dict[str, Any] = {key: getattr(camera, key) for key in REQUIRED_KEYS[:-1]}
-    values["depth_scale"] = contents.depth_scale
+    # Numbers computed with numpy are not JSON's.
+    values: dict[str, Any] = {"width": int(camera.width), "height": int(camera.height)}
+    values |= {key: float(getattr(camera, key)) for key in ("fx", "fy", "cx", "cy")}
+    values["depth_scale"] = float(contents.depth_scale)
     if contents.up is not None:
         values["up"] = [float(value) for value in contents.up]
     path.write_text(json.dumps(values, indent=1) + "\n", encoding="utf-8")
