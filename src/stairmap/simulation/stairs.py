@@ -8,93 +8,25 @@ flight's model has no overhang. ``steps`` hold every nosing where it really is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stairmap.arrays import Points
-from stairmap.simulation.triangle_mesh import TriangleMesh, joined, make_block, make_prism, make_wall
+from stairmap.simulation.stair_shapes import FlightShape, StairwayShape
+from stairmap.simulation.stair_solids import make_flight_mesh
+from stairmap.simulation.triangle_mesh import TriangleMesh, joined, make_block
 from stairmap.stairway import Flight, FlightStd, Landing, Stairway, Step
 from stairmap.transforms import transform_points
-
-Side = Literal["open", "wall", "railing"]
-"""What stands along one side of a flight."""
-
-_SLAB = 0.04
-"""Thickness of treads that stand free and of nosings that overhang, m."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FlightShape:
-    """Dimensions of one flight, m.
-
-    Attributes
-    ----------
-    rise, run, width
-        Dimensions of a step.
-    num_risers
-        Number of risers; the last tread is the upper floor or landing.
-    overhang
-        How far a nosing stands before its riser; codes allow 0 to 0.03.
-    irregularity
-        Standard deviation of each single rise and run; surveys found up to 0.019 and 0.011.
-    open_risers
-        Whether one can look through between the treads.
-    left, right
-        What stands along either side, as seen from below.
-    """
-
-    rise: float
-    run: float
-    width: float
-    num_risers: int
-    overhang: float = 0.0
-    irregularity: float = 0.0
-    open_risers: bool = False
-    left: Side = "open"
-    right: Side = "open"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StairwayShape:
-    """Flights of a stairway and the turns between them.
-
-    Attributes
-    ----------
-    flights
-        From the lowest.
-    turns
-        Turn on the landing after each flight but the last: 0, +90, -90, +180 or -180 deg,
-        counter-clockwise seen from above.
-    landing_length
-        Length of every landing along the flight that reaches it, m.
-    well
-        Gap between the two flights of a half turn, m.
-    """
-
-    flights: tuple[FlightShape, ...]
-    turns: tuple[int, ...] = ()
-    landing_length: float = 1.2
-    well: float = 0.2
-
-    def __post_init__(self) -> None:
-        if len(self.turns) != len(self.flights) - 1:
-            raise ValueError(
-                f"{len(self.flights)} flights need {len(self.flights) - 1} turns, got {self.turns}"
-            )
-        if not set(self.turns) <= {0, 90, -90, 180, -180}:
-            raise ValueError(f"a turn is 0, 90, -90, 180 or -180 deg, got {self.turns}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BuiltStairway:
-    """A stairway as mesh and truth; ``top`` is the last flight's upper end, for what is built on it."""
+    """A stairway as mesh and truth."""
 
     mesh: TriangleMesh
     stairway: Stairway
-    shapes: tuple[FlightShape, ...] = field(default=())
 
     @property
     def top_z(self) -> float:
@@ -150,10 +82,7 @@ def build_flight(
             for nosing in transform_points(frame.map_from_flight, nosings)
         ),
     )
-    solids = _open_steps(shape, nosings) if shape.open_risers else _closed_steps(shape, nosings)
-    for side, sign in ((shape.left, 1.0), (shape.right, -1.0)):
-        solids += _make_side(side, sign, shape, nosings)
-    return joined(solids).transformed(frame.map_from_flight), truth
+    return make_flight_mesh(shape, nosings).transformed(frame.map_from_flight), truth
 
 
 def build_stairway(
@@ -191,74 +120,7 @@ def build_stairway(
         id=stairway_id, flights=tuple(flights), landings=tuple(landings),
         num_observations=0, first_seen_ns=0, last_seen_ns=0,
     )  # fmt: skip
-    return BuiltStairway(mesh=joined(meshes), stairway=stairway, shapes=shape.flights)
-
-
-def _closed_steps(shape: FlightShape, nosings: Points) -> list[TriangleMesh]:
-    half = shape.width / 2
-    solids = []
-    for index in range(shape.num_risers - 1):
-        x, z = nosings[index, 0, 0], nosings[index, 0, 2]
-        back = nosings[index + 1, 0, 0] + shape.overhang
-        solids.append(make_block([x + shape.overhang, -half, 0], [back, half, z]))
-        if shape.overhang > 0:
-            solids.append(make_block([x, -half, z - _SLAB], [x + shape.overhang, half, z]))
-    x, z = nosings[-1, 0, 0], nosings[-1, 0, 2]
-    # The last riser belongs to a slab as deep as one run; the floor behind is the scene's.
-    solids.append(make_block([x + shape.overhang, -half, 0], [x + shape.run, half, z]))
-    if shape.overhang > 0:
-        solids.append(make_block([x, -half, z - _SLAB], [x + shape.overhang, half, z]))
-    return solids
-
-
-def _open_steps(shape: FlightShape, nosings: Points) -> list[TriangleMesh]:
-    half = shape.width / 2
-    solids = []
-    for index in range(shape.num_risers):
-        x, z = nosings[index, 0, 0], nosings[index, 0, 2]
-        solids.append(make_block([x, -half, z - _SLAB], [x + shape.run + shape.overhang, half, z]))
-    first, last = nosings[0, 0], nosings[-1, 0]
-    slope = shape.rise / shape.run
-    profile = np.array(
-        [
-            [first[0] + 0.02, 0.0],
-            [first[0] + 0.02, shape.rise - 0.06],
-            [last[0] + shape.run, last[2] + shape.run * slope - shape.rise - 0.06],
-            [last[0] + shape.run, last[2] + shape.run * slope - shape.rise - 0.26],
-            [first[0] + 0.22 / slope, 0.0],
-        ]
-    )
-    for sign in (1.0, -1.0):
-        outer, inner = sorted((sign * half, sign * (half - 0.04)))
-        solids.append(make_prism(profile, outer, inner))
-    return solids
-
-
-def _make_side(side: Side, sign: float, shape: FlightShape, nosings: Points) -> list[TriangleMesh]:
-    y = sign * shape.width / 2
-    first, last = nosings[0, 0], nosings[-1, 0]
-    end = last[0] + shape.run
-    if side == "wall":
-        return [make_wall((-0.3, y), (end + 1.0, y), 0.0, last[2] + 2.5)]
-    if side == "railing":
-        return _make_railing(y - sign * 0.03, first, last, nosings, shape)
-    return []
-
-
-def _make_railing(
-    y: float, first: Points, last: Points, nosings: Points, shape: FlightShape
-) -> list[TriangleMesh]:
-    height, post = 0.9, 0.02
-    solids = []
-    for nosing in nosings[:, 0]:
-        x, z = nosing[0] + shape.run / 2, nosing[2]
-        solids.append(make_block([x - post, y - post, z], [x + post, y + post, z + height]))
-    x0, x1 = first[0] + shape.run / 2 - 0.1, last[0] + shape.run / 2 + 0.1
-    slope = shape.rise / shape.run
-    z0, z1 = first[2] + height - 0.1 * slope, last[2] + height + 0.1 * slope
-    profile = [(x0, z0 - 0.03), (x1, z1 - 0.03), (x1, z1 + 0.03), (x0, z0 + 0.03)]
-    solids.append(make_prism(profile, y - 0.025, y + 0.025))
-    return solids
+    return BuiltStairway(mesh=joined(meshes), stairway=stairway)
 
 
 def _place_landing(

@@ -1,0 +1,188 @@
+"""Real buildings as scenes: ``mesh.ply`` with the stairs measured in it, ``stairs.json``.
+
+A flight is truth when the file calls it usable; others, and every flight of a stair that
+also winds, are optional. Truth is measured from tread to tread: rise is
+``riser_between_treads.mean``, run ``going.mean``, width ``width.median``. The base lies on
+the lower floor (``z_bottom``), below the first nosing (``first_edge_mid``); where the
+first riser is irregular, the nosings in ``steps`` say so and ``Flight.edges`` does not.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stairmap.arrays import Points
+from stairmap.errors import RecordingError
+from stairmap.simulation.scene import Route, Scene, make_approach_route
+from stairmap.simulation.stairs import true_std
+from stairmap.simulation.triangle_mesh import TriangleMesh
+from stairmap.stairway import Flight, Stairway, Step
+
+_MIN_APPROACH = 1.4
+"""Free floor before a flight that a robot needs to see it, m."""
+
+_PLY_TYPES = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<i4", "uint": "<u4",
+              "float": "<f4", "double": "<f8", "int8": "i1", "uint8": "u1", "int16": "<i2", "uint16": "<u2",
+              "int32": "<i4", "uint32": "<u4", "float32": "<f4", "float64": "<f8"}  # fmt: skip
+
+
+def load_ply(path: Path) -> TriangleMesh:
+    """Read the triangles of a binary little-endian PLY file.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, is not binary little endian, or holds faces that are no triangles.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RecordingError(f"cannot read the mesh {path}: {error.strerror}") from error
+    header, separator, body = data.partition(b"end_header\n")
+    lines = [line.split() for line in header.decode("ascii", "replace").splitlines()]
+    if not separator or ["format", "binary_little_endian", "1.0"] not in lines:
+        raise RecordingError(f"expected a binary little-endian PLY file, but {path} is none")
+    try:
+        counts, fields = _read_header(lines)
+        vertex_type = np.dtype(fields["vertex"])
+        vertices = np.frombuffer(body, vertex_type, counts["vertex"])
+        faces = np.frombuffer(
+            body, np.dtype(fields["face"]), counts["face"], vertex_type.itemsize * counts["vertex"]
+        )
+        points = np.stack([vertices[axis] for axis in "xyz"], axis=1).astype(np.float64)
+    except (KeyError, ValueError) as error:
+        raise RecordingError(f"{path} does not hold vertices x y z and then triangles: {error}") from error
+    if np.any(faces["num"] != 3):
+        raise RecordingError(f"expected triangles in {path}, but some faces have other than three corners")
+    return TriangleMesh(vertices=points, triangles=faces["corners"])
+
+
+def load_building_scenes(folder: Path) -> tuple[Scene, ...]:
+    """Return one scene for every flight of a building that a robot can drive up to.
+
+    All share the mesh and the truth of the whole building; their routes differ. A building
+    without such a flight gives one scene that drives to its first optional flight, or
+    through the middle of its ground floor.
+
+    Raises
+    ------
+    RecordingError
+        If a file cannot be read or lacks a key.
+    """
+    mesh = load_ply(folder / "mesh.ply")
+    path = folder / "stairs.json"
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        stairways, optional, approaches = _read_stairways(data)
+    except OSError as error:
+        raise RecordingError(f"cannot read the building's stairs {path}: {error.strerror}") from error
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordingError(f"{path} is not a file of measured stairs: {error}") from error
+    routes = [make_building_route(flight, free) for flight, free in approaches if free >= _MIN_APPROACH]
+    if not routes:
+        routes = [_ground_floor_route(mesh, data)]
+    return tuple(
+        Scene(
+            name=f"building:{folder.name}/{number}",
+            mesh=mesh,
+            stairways=stairways,
+            optional_stairways=optional,
+            route=route,
+        )
+        for number, route in enumerate(routes, start=1)
+    )
+
+
+def make_building_route(flight: Flight, free: float) -> Route:
+    """Return a route to a flight with ``free`` m of floor before it, straight ahead of its middle."""
+    distance = min(free - 0.3, 4.5)
+    lateral = 0.25 * min(flight.width, 1.2) if distance > 2 else 0.1
+    return make_approach_route(
+        flight, distance=distance, stop=min(0.6, distance - 0.4), lateral=lateral, first_turn=0.3
+    )
+
+
+def _read_header(lines: list[list[str]]) -> tuple[dict[str, int], dict[str, list[tuple[Any, ...]]]]:
+    counts: dict[str, int] = {}
+    fields: dict[str, list[tuple[Any, ...]]] = {}
+    element = ""
+    for line in lines:
+        if line[:1] == ["element"]:
+            element = line[1]
+            counts[element], fields[element] = int(line[2]), []
+        elif line[:2] == ["property", "list"]:
+            # Triangles only: the list has a fixed length, and numpy can read it in one go.
+            fields[element] += [("num", _PLY_TYPES[line[2]]), ("corners", _PLY_TYPES[line[3]], (3,))]
+        elif line[:1] == ["property"]:
+            fields[element].append((line[2], _PLY_TYPES[line[1]]))
+    return counts, fields
+
+
+def _read_stairways(
+    data: dict[str, Any],
+) -> tuple[tuple[Stairway, ...], tuple[Stairway, ...], list[tuple[Flight, float]]]:
+    """Return truth, optional stairways, and the flights to drive to with the free floor before them."""
+    certain, optional, approaches = [], [], []
+    for stair in data["stairs"]:
+        winds = any(part["kind"] == "winders" for part in stair["other_parts"])
+        flights = []
+        for entry in stair["flights"]:
+            flight = _read_flight(entry)
+            if entry["usable"] and not winds:
+                flights.append(flight)
+                approaches.append((flight, float(entry["approach_free_m"])))
+            else:
+                optional.append((flight,))
+        if flights:
+            certain.append(tuple(sorted(flights, key=lambda flight: float(flight.base[2]))))
+    numbered = [
+        Stairway(id=index, flights=flights, num_observations=0, first_seen_ns=0, last_seen_ns=0)
+        for index, flights in enumerate([*certain, *optional], start=1)
+    ]
+    return tuple(numbered[: len(certain)]), tuple(numbered[len(certain) :]), approaches
+
+
+def _read_flight(entry: dict[str, Any]) -> Flight:
+    forward = np.array([*entry["ascend_dir"], 0.0])
+    edge, run, width = (
+        np.array(entry["first_edge_mid"]),
+        float(entry["going"]["mean"]),
+        entry["width"]["median"],
+    )
+    heights = [*entry["tread_z"]]
+    if entry["n_risers"] == entry["n_treads"] + 1:
+        heights.append(entry["z_top"])
+    left = np.array([-forward[1], forward[0], 0.0])
+    return Flight(
+        base=np.array([edge[0], edge[1], entry["z_bottom"]]),
+        heading=float(np.arctan2(forward[1], forward[0])),
+        rise=float(entry["riser_between_treads"]["mean"]),
+        run=run,
+        width=float(width),
+        num_risers=int(entry["n_risers"]),
+        std=true_std(),
+        steps=tuple(
+            Step(nosing=_nosing(edge, forward * run * index, left * width / 2, z), num_observations=0)
+            for index, z in enumerate(heights)
+        ),
+    )
+
+
+def _nosing(edge: Points, along: Points, half: Points, z: float) -> Points:
+    middle = np.array([edge[0] + along[0], edge[1] + along[1], z])
+    return np.array([middle + half, middle - half])
+
+
+def _ground_floor_route(mesh: TriangleMesh, data: dict[str, Any]) -> Route:
+    parts = [part for stair in data["stairs"] for part in (*stair["flights"], *stair["other_parts"])]
+    lowest = min(parts, key=lambda part: float(min(part["tread_z"])))
+    x, y = lowest["centres"][0] if "centres" in lowest else lowest["first_edge_mid"][:2]
+    middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))[:2] / 2
+    away = middle - [x, y]
+    away /= max(float(np.linalg.norm(away)), 1e-9)
+    start, end = np.array([x, y]) + 3.0 * away, np.array([x, y]) + 1.2 * away
+    return Route(waypoints=np.array([[*start, 0.0], [*end, 0.0]]))
