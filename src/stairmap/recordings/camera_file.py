@@ -104,6 +104,11 @@ def dump_camera_file(path: Path, contents: CameraFile) -> None:
 
 
 def _load_json(path: Path) -> dict[str, Any]:
+    if not path.exists():
+        raise CalibrationError(
+            f"expected {path} with the keys {', '.join(REQUIRED_KEYS)}, but there is no such file; write it "
+            "with the depth camera's intrinsics (docs/inputs.md)"
+        )
     try:
         text = load_text(path)
     except RecordingError as error:

@@ -20,8 +20,8 @@ MAX_MEDIAN_DEPTH = 50.0
 NUM_FRAMES_CHECKED = 5
 """How many frames with valid depth are looked at."""
 
-USUAL_SCALES = (1000.0, 5000.0, 10000.0, 256.0)
-"""PNG values per metre in use: millimetres, TUM RGB-D, 0.1 mm, KITTI."""
+USUAL_SCALES = (1000.0, 5000.0)
+"""PNG values per metre in use indoors: millimetres, TUM RGB-D."""
 
 _TYPICAL_MEDIAN_DEPTH = 2.0
 
@@ -63,13 +63,13 @@ def check_depth_scale(depths: Iterable[DepthImage], depth_scale: float) -> float
 def find_likely_scale(median_value: float, depth_scale: float) -> float | None:
     """Return the scale that makes a median pixel value plausible, ``None`` if none does.
 
-    The inverse of the given scale comes first: metres per value is what some drivers call a depth scale.
+    A scale below one is taken for metres per value, which is what some drivers call a depth scale.
     """
 
     def is_plausible(scale: float) -> bool:
         return MIN_MEDIAN_DEPTH <= median_value / scale <= MAX_MEDIAN_DEPTH
 
-    if is_plausible(1 / depth_scale):
+    if depth_scale < 1 and is_plausible(1 / depth_scale):
         return 1 / depth_scale
     scales = [scale for scale in USUAL_SCALES if is_plausible(scale)]
     return min(
