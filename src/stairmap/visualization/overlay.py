@@ -1,0 +1,240 @@
+"""Pictures of single frames, drawn with OpenCV alone: quick enough to make one for every frame.
+
+``draw_detection`` shows the depth image with the nosings and measures that were found, or the
+reasons why nothing was; ``draw_trace`` shows how the detector came to it, as the report's figure 4.
+All pictures are (height, width, 3) uint8, blue-green-red. Their colours survive colour blindness:
+depth runs from violet (near) to yellow (far) with invalid pixels black.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from stairmap.arrays import DepthImage, Float64Array, Mask
+from stairmap.camera import PinholeCamera
+from stairmap.detection.observation import Detection, StairEdge, StairObservation
+from stairmap.frame import DepthFrame
+from stairmap.visualization.panels import Image, add_text_strip, draw_label, place_in_grid, with_title
+
+Color: TypeAlias = tuple[int, int, int]
+
+# Okabe and Ito's colours, blue-green-red, those that stand out on viridis when cased in black.
+OBSERVATION_COLORS: tuple[Color, ...] = ((255, 255, 255), (0, 94, 213), (167, 121, 204), (0, 159, 230))
+_TREAD_COLOR: Color = (233, 180, 86)
+_RISER_COLOR: Color = (0, 94, 213)
+_LINE_COLOR: Color = (0, 94, 213)
+
+MIN_PICTURE_WIDTH = 640
+"""Smaller frames are enlarged by a whole factor, so that text on them can be read."""
+
+TRACE_PANEL_WIDTH = 480
+"""Width of one panel of ``draw_trace``, px."""
+
+MAX_REASONS = 3
+"""So many reasons are written under a picture; all of them are in ``detections.jsonl``."""
+
+
+def colorize_depth(depth: DepthImage, *, near: float | None = None, far: float | None = None) -> Image:
+    """Return a depth image as colours; invalid pixels are black.
+
+    Parameters
+    ----------
+    depth
+        (height, width) metres, NaN where nothing was measured.
+    near, far
+        Depths of the first and last colour, m; by default the 2nd and 98th percentile.
+
+    Returns
+    -------
+    (height, width, 3) uint8 picture.
+    """
+    valid = np.isfinite(depth)
+    if not valid.any():
+        return np.zeros((*depth.shape, 3), dtype=np.uint8)
+    first, last = depth_range(depth)
+    near, far = first if near is None else near, last if far is None else far
+    scaled = (np.where(valid, depth, near) - near) / max(far - near, 1e-6)
+    levels = np.clip(scaled * 255, 0, 255).astype(np.uint8)
+    picture = _colored(levels)
+    picture[~valid] = 0
+    return picture
+
+
+def depth_range(depth: DepthImage) -> tuple[float, float]:
+    """Return the 2nd and 98th percentile of the valid depths, m; (0, 0) where there is none."""
+    valid = depth[np.isfinite(depth)]
+    if not len(valid):
+        return 0.0, 0.0
+    near, far = np.percentile(valid, [2, 98])
+    return float(near), float(far)
+
+
+def draw_detection(frame: DepthFrame, detection: Detection) -> Image:
+    """Draw what was found in a frame, with its measures, or the reasons why nothing was.
+
+    A nosing ends in a dot where the step's own end was seen, and in an arrow where the image's border
+    or an occlusion cut it. Numbers count the steps from the lowest one seen.
+
+    Returns
+    -------
+    (height, width, 3) uint8 picture, at least ``MIN_PICTURE_WIDTH`` wide, text below the image.
+    """
+    scale = picture_scale(frame.camera)
+    picture = _enlarged(colorize_depth(frame.depth), frame.camera.scaled(scale))
+    _draw_observations(picture, frame.camera.scaled(scale), detection.observations)
+    near, far = depth_range(frame.depth)
+    bar = _color_bar(near, far, key="dot: end of the step seen, arrow: cut off" if detection else "")
+    return add_text_strip(picture, describe_detection(detection), color_bar=bar)
+
+
+def draw_trace(frame: DepthFrame, detection: Detection) -> Image:
+    """Draw how a detector came to its result: depth, edge pixels, candidate and accepted lines.
+
+    Where the method finds surfaces, treads and risers are tinted in a fifth panel, and a sixth shows
+    the nosings of the result.
+
+    Raises
+    ------
+    ValueError
+        If the detection was made without ``trace=True``.
+    """
+    trace = detection.trace
+    if trace is None:
+        raise ValueError("this detection has no trace; detect with trace=True")
+    camera = frame.camera.scaled(TRACE_PANEL_WIDTH / frame.camera.width)
+    depth = _enlarged(colorize_depth(frame.depth), camera)
+    faint = (depth * 0.45).astype(np.uint8)
+    candidates, accepted = faint.copy(), faint.copy()
+    scale = camera.width / frame.camera.width
+    _draw_segments(candidates, trace.candidate_lines, scale)
+    _draw_segments(accepted, trace.accepted_lines, scale)
+    panels = [
+        with_title(depth, "depth"),
+        with_title(_mask_picture(trace.edge_pixels, camera), "edge pixels"),
+        with_title(candidates, f"candidate lines: {len(trace.candidate_lines)}"),
+        with_title(accepted, f"accepted lines: {len(trace.accepted_lines)}"),
+    ]
+    if trace.tread_pixels.any() or trace.riser_pixels.any():
+        surfaces = faint.copy()
+        surfaces[_resized(trace.tread_pixels, camera)] = _TREAD_COLOR
+        surfaces[_resized(trace.riser_pixels, camera)] = _RISER_COLOR
+        result = depth.copy()
+        _draw_observations(result, camera, detection.observations)
+        panels.insert(2, with_title(surfaces, "treads (blue), risers (orange)"))
+        panels.append(with_title(result, "nosings"))
+    grid = place_in_grid(panels, num_columns=4 if len(panels) == 4 else 3)
+    return add_text_strip(grid, describe_detection(detection))
+
+
+def describe_detection(detection: Detection) -> list[str]:
+    """Return the lines of text that say what was found, or why nothing was; ASCII only, for OpenCV."""
+    if detection.observations:
+        return [
+            f"{f'{number}: ' if len(detection.observations) > 1 else ''}{_measures(observation)}"
+            for number, observation in enumerate(detection.observations, start=1)
+        ]
+    reasons = [str(rejection) for rejection in detection.rejections[:MAX_REASONS]]
+    more = len(detection.rejections) - len(reasons)
+    if more > 0:
+        reasons[-1] += f"  (and {more} more)"
+    return ["no stairway", *reasons]
+
+
+def picture_scale(camera: PinholeCamera) -> int:
+    """Return the whole factor by which frames of this camera are enlarged."""
+    return max(1, -(-MIN_PICTURE_WIDTH // camera.width))
+
+
+def png_from_image(image: Image) -> bytes:
+    """Return a picture as the content of a PNG file."""
+    return bytes(cv2.imencode(".png", image)[1].tobytes())
+
+
+def _measures(observation: StairObservation) -> str:
+    return (
+        f"{observation.view}, {observation.num_steps} steps: "
+        f"rise {observation.rise * 1e3:.0f} mm, run {observation.run * 1e3:.0f} mm, "
+        f"width {observation.width:.2f} m, pitch {np.degrees(observation.pitch):.1f} deg"
+    )
+
+
+def _draw_observations(
+    picture: Image, camera: PinholeCamera, observations: Sequence[StairObservation]
+) -> None:
+    for index, observation in enumerate(observations):
+        color = OBSERVATION_COLORS[index % len(OBSERVATION_COLORS)]
+        last_row = np.inf
+        for edge in sorted(observation.edges, key=lambda edge: edge.step_index):
+            ends = camera.project(edge.nosing)
+            if not np.isfinite(ends).all():
+                continue
+            _draw_nosing(picture, edge, ends, color)
+            row = float(ends[:, 1].mean())
+            if abs(row - last_row) >= 16:  # far steps lie too close together for a number each
+                leftmost = ends[np.argmin(ends[:, 0])]
+                draw_label(picture, str(edge.step_index + 1), leftmost - [20, 0], color)
+                last_row = row
+
+
+def _draw_nosing(picture: Image, edge: StairEdge, ends: Float64Array, color: Color) -> None:
+    start, stop = _pixel(ends[0]), _pixel(ends[1])
+    cv2.line(picture, start, stop, (0, 0, 0), 5, cv2.LINE_AA)
+    cv2.line(picture, start, stop, color, 2, cv2.LINE_AA)
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    direction = (ends[1] - ends[0]) / max(length, 1e-9)
+    sides = ((ends[0], -direction, edge.left_bounded), (ends[1], direction, edge.right_bounded))
+    for end, outward, bounded in sides:
+        if bounded:
+            cv2.circle(picture, _pixel(end), 6, (0, 0, 0), -1, cv2.LINE_AA)
+            cv2.circle(picture, _pixel(end), 4, color, -1, cv2.LINE_AA)
+        else:
+            across = np.array([-outward[1], outward[0]])
+            head = [end, end - 12 * outward + 6 * across, end - 12 * outward - 6 * across]
+            shape = np.round(np.array(head) * 16).astype(np.int32)
+            cv2.fillPoly(picture, [shape], color, cv2.LINE_AA, 4)
+            cv2.polylines(picture, [shape], True, (0, 0, 0), 1, cv2.LINE_AA, 4)
+
+
+def _draw_segments(picture: Image, segments: Float64Array, scale: float) -> None:
+    for segment in np.asarray(segments, dtype=np.float64).reshape(-1, 4) * scale:
+        cv2.line(picture, _pixel(segment[:2]), _pixel(segment[2:]), _LINE_COLOR, 2, cv2.LINE_AA)
+        for end in (segment[:2], segment[2:]):
+            cv2.circle(picture, _pixel(end), 3, (255, 255, 255), -1, cv2.LINE_AA)
+
+
+def _color_bar(near: float, far: float, *, key: str) -> tuple[str, Image, str]:
+    levels = np.linspace(0, 255, 128).astype(np.uint8)[None]
+    bar = _colored(np.repeat(levels, 10, axis=0))
+    return f"{near:.1f} m", bar, f"{far:.1f} m    black: none    {key}"
+
+
+def _colored(levels: NDArray[np.uint8]) -> Image:
+    return np.asarray(cv2.applyColorMap(levels, cv2.COLORMAP_VIRIDIS), dtype=np.uint8)
+
+
+def _mask_picture(mask: Mask, camera: PinholeCamera) -> Image:
+    return np.repeat(_resized(mask, camera)[..., None].astype(np.uint8) * 255, 3, axis=2)
+
+
+def _resized(mask: Mask, camera: PinholeCamera) -> Mask:
+    # A pixel of the smaller picture is set where any pixel that it covers is: thin edges must not vanish.
+    method = cv2.INTER_AREA if camera.width < mask.shape[1] else cv2.INTER_NEAREST
+    size = (camera.width, camera.height)
+    return np.asarray(cv2.resize(mask.astype(np.float32), size, interpolation=method) > 0.2)
+
+
+def _enlarged(picture: Image, camera: PinholeCamera) -> Image:
+    size = (camera.width, camera.height)
+    method = cv2.INTER_AREA if camera.width < picture.shape[1] else cv2.INTER_NEAREST
+    return np.asarray(cv2.resize(picture, size, interpolation=method), dtype=np.uint8)
+
+
+def _pixel(position: Float64Array) -> tuple[int, int]:
+    # OpenCV cannot draw farther away than a 16-bit number of pixels.
+    u, v = np.clip(np.round(position), -30_000, 30_000)
+    return int(u), int(v)

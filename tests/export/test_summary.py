@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+import pytest
+
+from stairmap.export.summary import COLUMNS, format_summary, format_table, stairway_rows, with_std
+from stairmap.stairway import Stairway
+
+
+def test_there_is_one_row_for_each_flight_in_units_people_read(stairway: Stairway) -> None:
+    first, second = stairway_rows([stairway])
+    assert (first.stairway_id, first.flight_number, second.flight_number, first.num_flights) == (3, 1, 2, 2)
+    assert first.rise_mm == pytest.approx(165)
+    assert first.rise_std_mm == pytest.approx(2)
+    assert first.pitch_deg == pytest.approx(29.47, abs=0.01)
+    assert first.base == (1.0, 2.0, 0.5)
+
+
+def test_a_width_with_an_unseen_end_is_marked_as_a_lower_bound(stairway: Stairway) -> None:
+    unbounded, bounded = (row.cells() for row in stairway_rows([stairway]))
+    width, ends = COLUMNS.index("width mm"), COLUMNS.index("ends seen")
+    assert (unbounded[width], unbounded[ends]) == ("≥ 1175 ± 20", "left")
+    assert (bounded[width], bounded[ends]) == ("1000 ± 20", "both")
+
+
+def test_the_columns_of_the_table_are_aligned(stairway: Stairway) -> None:
+    lines = format_table([stairway]).splitlines()
+    assert len(lines) == 4
+    assert len({len(line) for line in lines}) == 1
+
+
+def test_a_summary_without_stairways_gives_the_reasons() -> None:
+    text = format_summary(
+        [], num_frames=9, num_detections=0, reasons=["9 frames: min_steps: 2, limit 3"], problems=["a.png"]
+    )
+    assert "no stairway was found" in text
+    assert "why frames gave no stairway:\n  9 frames: min_steps: 2, limit 3" in text
+    assert "problems of the recording:\n  a.png" in text
+
+
+def test_a_deviation_is_never_written_as_zero_and_left_out_when_unknown() -> None:
+    assert with_std(165.2, 2.0) == "165 ± 2"
+    assert with_std(165.2, 0.3) == "165 ± 0.3"
+    assert with_std(165.2, float("nan")) == "165"
