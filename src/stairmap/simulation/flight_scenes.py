@@ -19,7 +19,7 @@ from stairmap.simulation.rooms import (
     make_room,
     make_upper_floor,
 )
-from stairmap.simulation.scene import Scene, make_approach_route
+from stairmap.simulation.scene import Route, Scene, make_approach_route
 from stairmap.simulation.stair_shapes import FlightShape, StairwayShape
 from stairmap.simulation.stairs import BuiltStairway, build_stairway
 from stairmap.simulation.triangle_mesh import TriangleMesh, joined, make_rectangle, make_wall
@@ -108,12 +108,16 @@ def make_table_1_scene(name: str, random: np.random.Generator) -> Scene:
 def make_feature_scene(name: str, random: np.random.Generator) -> Scene:
     """Return a scene of ``FLIGHTS``."""
     shape, setting = FLIGHTS[name]
-    return make_flight_scene(name, shape, setting, random)
+    # Along the left wall there is room to the right only.
+    return make_flight_scene(name, shape, setting, random, lateral=-0.7 if setting == "one_wall" else 0.7)
 
 
 def make_oblique_scene(name: str, random: np.random.Generator) -> Scene:
     """Return a free flight that is approached from 50 deg aside."""
-    return make_flight_scene(name, replace(_USUAL, num_risers=8), "free", random, distance=3.0, lateral=3.6)
+    scene = make_flight_scene(name, replace(_USUAL, num_risers=8), "free", random)
+    toward = np.array([-np.cos(np.radians(50)), np.sin(np.radians(50)), 0.0])
+    route = Route(waypoints=np.array([4.6 * toward, 2.2 * toward, 1.1 * toward]), last_heading=0.0)
+    return replace(scene, route=route)
 
 
 def make_random_scene(name: str, random: np.random.Generator) -> Scene:
@@ -133,8 +137,9 @@ def make_random_scene(name: str, random: np.random.Generator) -> Scene:
         left="railing" if setting == "free" and random.random() < 0.5 else "open",
         right="railing" if setting != "walls" and random.random() < 0.5 else "open",
     )
+    lateral = random.uniform(-1.2, 0.2 if setting == "one_wall" else 1.2)
     return make_flight_scene(
-        name, shape, setting, random, lateral=random.uniform(-1.2, 1.2), first_turn=random.uniform(-1, 1)
+        name, shape, setting, random, lateral=lateral, first_turn=random.uniform(-0.8, 0.8)
     )
 
 

@@ -10,6 +10,7 @@ first riser is irregular, the nosings in ``steps`` say so and ``Flight.edges`` d
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +26,21 @@ from stairmap.stairway import Flight, Stairway, Step
 _MIN_APPROACH = 1.4
 """Free floor before a flight that a robot needs to see it, m."""
 
+_MAX_APPROACH = 4.8
+"""Longest approach that is driven, m."""
+
 _PLY_TYPES = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<i4", "uint": "<u4",
               "float": "<f4", "double": "<f8", "int8": "i1", "uint8": "u1", "int16": "<i2", "uint16": "<u2",
               "int32": "<i4", "uint32": "<u4", "float32": "<f4", "float64": "<f8"}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Approach:
+    """A flight, the free floor that was measured before it (m), and whether it is truth."""
+
+    flight: Flight
+    free: float
+    is_certain: bool
 
 
 def load_ply(path: Path) -> TriangleMesh:
@@ -66,7 +79,7 @@ def load_building_scenes(folder: Path) -> tuple[Scene, ...]:
 
     All share the mesh and the truth of the whole building; their routes differ. A building
     without such a flight gives one scene that drives to its first optional flight, or
-    through the middle of its ground floor.
+    to the lowest step of a winding stair.
 
     Raises
     ------
@@ -82,9 +95,17 @@ def load_building_scenes(folder: Path) -> tuple[Scene, ...]:
         raise RecordingError(f"cannot read the building's stairs {path}: {error.strerror}") from error
     except (KeyError, TypeError, ValueError) as error:
         raise RecordingError(f"{path} is not a file of measured stairs: {error}") from error
-    routes = [make_building_route(flight, free) for flight, free in approaches if free >= _MIN_APPROACH]
+    certain = [approach for approach in approaches if approach.is_certain]
+    free = [_free_floor(mesh, approach) for approach in certain]
+    routes = [
+        make_building_route(approach.flight, distance)
+        for approach, distance in zip(certain, free, strict=True)
+        if distance >= _MIN_APPROACH
+    ]
+    if not routes and approaches:
+        routes = [make_building_route(approaches[0].flight, _free_floor(mesh, approaches[0]))]
     if not routes:
-        routes = [_ground_floor_route(mesh, data)]
+        routes = [_winding_stair_route(mesh, data)]
     return tuple(
         Scene(
             name=f"building:{folder.name}/{number}",
@@ -99,7 +120,7 @@ def load_building_scenes(folder: Path) -> tuple[Scene, ...]:
 
 def make_building_route(flight: Flight, free: float) -> Route:
     """Return a route to a flight with ``free`` m of floor before it, straight ahead of its middle."""
-    distance = min(free - 0.3, 4.5)
+    distance = free - 0.3
     lateral = 0.25 * min(flight.width, 1.2) if distance > 2 else 0.1
     return make_approach_route(
         flight, distance=distance, stop=min(0.6, distance - 0.4), lateral=lateral, first_turn=0.3
@@ -124,7 +145,7 @@ def _read_header(lines: list[list[str]]) -> tuple[dict[str, int], dict[str, list
 
 def _read_stairways(
     data: dict[str, Any],
-) -> tuple[tuple[Stairway, ...], tuple[Stairway, ...], list[tuple[Flight, float]]]:
+) -> tuple[tuple[Stairway, ...], tuple[Stairway, ...], list[_Approach]]:
     """Return truth, optional stairways, and the flights to drive to with the free floor before them."""
     certain, optional, approaches = [], [], []
     for stair in data["stairs"]:
@@ -132,11 +153,13 @@ def _read_stairways(
         flights = []
         for entry in stair["flights"]:
             flight = _read_flight(entry)
-            if entry["usable"] and not winds:
+            is_certain = entry["usable"] and not winds
+            if is_certain:
                 flights.append(flight)
-                approaches.append((flight, float(entry["approach_free_m"])))
             else:
                 optional.append((flight,))
+            free = float(entry["approach_free_m"])
+            approaches.append(_Approach(flight=flight, free=free, is_certain=is_certain))
         if flights:
             certain.append(tuple(sorted(flights, key=lambda flight: float(flight.base[2]))))
     numbered = [
@@ -177,7 +200,32 @@ def _nosing(edge: Points, along: Points, half: Points, z: float) -> Points:
     return np.array([middle + half, middle - half])
 
 
-def _ground_floor_route(mesh: TriangleMesh, data: dict[str, Any]) -> Route:
+def _free_floor(mesh: TriangleMesh, approach: _Approach) -> float:
+    """Return how far back from a flight's base there is floor at its height, m.
+
+    The file measures how far nothing stands in the way; on a landing the floor ends before that.
+    """
+    flight = approach.flight
+    corners = mesh.vertices[mesh.triangles]
+    level = np.all(np.abs(corners[..., 2] - flight.base[2]) < 0.05, axis=1)
+    floor = corners[level][..., :2]
+    distances = np.arange(0.1, min(approach.free, _MAX_APPROACH) + 1e-9, 0.1)
+    points = (flight.base - distances[:, None] * flight.forward)[:, :2]
+    has_floor = np.array([_is_inside_any(point, floor) for point in points], dtype=bool)
+    # Cracks between floor slabs are no end of the floor.
+    gone = ~has_floor[:-1] & ~has_floor[1:]
+    return float(distances[np.argmax(gone)]) if gone.any() else float(distances[-1])
+
+
+def _is_inside_any(point: Points, triangles: Points) -> bool:
+    """Tell whether a (2,) point lies in any of (N, 3, 2) triangles of the plan."""
+    sides = np.roll(triangles, -1, axis=1) - triangles
+    offsets = point - triangles
+    cross = sides[..., 0] * offsets[..., 1] - sides[..., 1] * offsets[..., 0]
+    return bool(np.any(np.all(cross >= -1e-9, axis=1) | np.all(cross <= 1e-9, axis=1)))
+
+
+def _winding_stair_route(mesh: TriangleMesh, data: dict[str, Any]) -> Route:
     parts = [part for stair in data["stairs"] for part in (*stair["flights"], *stair["other_parts"])]
     lowest = min(parts, key=lambda part: float(min(part["tread_z"])))
     x, y = lowest["centres"][0] if "centres" in lowest else lowest["first_edge_mid"][:2]

@@ -24,11 +24,15 @@ class Route:
         Where it looks before it turns to the second waypoint, rad; ``None``: at that point.
     last_heading
         Where it turns at the end, rad; ``None``: it does not.
+    min_camera_pitch
+        How far the camera looks down at least, rad: a robot that wants to see stairs that lead
+        down tilts its camera or body. Zero leaves every robot's own tilt as it is.
     """
 
     waypoints: Points
     first_heading: float | None = None
     last_heading: float | None = None
+    min_camera_pitch: float = 0.0
 
     def __post_init__(self) -> None:
         waypoints = readonly(self.waypoints).reshape(-1, 3)
@@ -109,4 +113,8 @@ def make_descent_route(flight: Flight, *, distance: float = 3.0, stop: float = 0
         top + flight.forward * (stop + 1.0),
         top + flight.forward * stop,
     ]
-    return Route(waypoints=np.array(waypoints), last_heading=flight.heading + np.pi)
+    return Route(
+        waypoints=np.array(waypoints),
+        last_heading=flight.heading + np.pi,
+        min_camera_pitch=float(np.radians(35)),
+    )

@@ -161,6 +161,7 @@ def _descending(name: str, random: np.random.Generator, *, has_upward: bool) -> 
                 [[-4.5, 0.6, 0], [-1.8, 0.6, 0], [-0.7, 0.8, 0], [-1.2, -0.6, 0], [-0.5, -0.8, 0]]
             ),
             last_heading=0.0,
+            min_camera_pitch=float(np.radians(20)),
         )
     return Scene(name=name, mesh=joined(parts), stairways=tuple(stairways), route=route)
 
