@@ -29,6 +29,8 @@ _TREAD_COLOR: Color = (233, 180, 86)
 _RISER_COLOR: Color = (0, 94, 213)
 _LINE_COLOR: Color = (0, 94, 213)
 
+_MAX_PIXEL = 30_000
+
 MIN_PICTURE_WIDTH = 640
 """Smaller frames are enlarged by a whole factor, so that text on them can be read."""
 
@@ -170,7 +172,8 @@ def _draw_observations(
         color = OBSERVATION_COLORS[index % len(OBSERVATION_COLORS)]
         last_row = np.inf
         for edge in sorted(observation.edges, key=lambda edge: edge.step_index):
-            ends = camera.project(edge.nosing)
+            # OpenCV cannot draw farther away than a 16-bit number of pixels.
+            ends = np.clip(camera.project(edge.nosing), -_MAX_PIXEL, _MAX_PIXEL)
             if not np.isfinite(ends).all():
                 continue
             _draw_nosing(picture, edge, ends, color)
@@ -235,6 +238,5 @@ def _enlarged(picture: Image, camera: PinholeCamera) -> Image:
 
 
 def _pixel(position: Float64Array) -> tuple[int, int]:
-    # OpenCV cannot draw farther away than a 16-bit number of pixels.
-    u, v = np.clip(np.round(position), -30_000, 30_000)
+    u, v = np.clip(np.round(position), -_MAX_PIXEL, _MAX_PIXEL)
     return int(u), int(v)

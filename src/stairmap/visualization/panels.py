@@ -70,9 +70,11 @@ def place_in_grid(pictures: Sequence[Image], *, num_columns: int, gap: int = 4) 
 
 
 def draw_label(picture: Image, text: str, center: Float64Array, color: tuple[int, int, int]) -> None:
-    """Write a short text onto a picture, centred at (u, v), on a dark ground."""
+    """Write a short text on a dark ground, centred at (u, v) or as near to it as the picture allows."""
     (width, height), _ = cv2.getTextSize(text, _FONT, _TEXT_SCALE, 1)
-    left, bottom = round(float(center[0]) - width / 2), round(float(center[1]) + height / 2)
+    rows, columns = picture.shape[:2]
+    left = round(min(max(float(center[0]) - width / 2, 3), columns - width - 3))
+    bottom = round(min(max(float(center[1]) + height / 2, height + 3), rows - 3))
     cv2.rectangle(
         picture, (left - 3, bottom - height - 3), (left + width + 3, bottom + 3), _STRIP_COLOR, cv2.FILLED
     )
