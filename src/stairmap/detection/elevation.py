@@ -1,0 +1,123 @@
+"""Side elevations of a scene: what a planar scanner along a heading would see.
+
+For a heading and up, a ray's slope is tau = z / s: height gained per metre
+forward. All pixels of a stairway's step that have the same slope have the same
+forward distance s, wherever they lie across the step. So the image is resampled to rows
+of equal slope, and strips of columns are averaged: each strip becomes a scan in the
+vertical plane along the heading, with a fraction of a pixel's noise and no roll or obliqueness
+left. In inverse forward distance Q = 1/s a riser is constant and a tread is Q = tau / z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from stairmap.arrays import Mask, Vector
+from stairmap.detection.inverse_depth import InverseDepthImage
+
+STRIP_WIDTH = 16
+"""Columns of a strip, working pixels: wide enough to average noise, narrow against a stairway."""
+
+MIN_FORWARD = 0.15
+"""Rays with a smaller forward component (more than 81 degrees off the heading) are not used."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Elevation:
+    """Scans of a frame in vertical planes along one heading; row 0 looks highest.
+
+    Attributes
+    ----------
+    slope
+        (rows,) float32 slope tau of each row, descending.
+    inverse_distance
+        (rows, strips) float32 inverse forward distance Q, 1/m, 0 where nothing was measured.
+    lateral
+        (rows, strips) float32 lateral position over forward distance, t / s, positive to the left.
+    row_density
+        Rows per unit of slope.
+    """
+
+    slope: NDArray[np.float32]
+    inverse_distance: NDArray[np.float32]
+    lateral: NDArray[np.float32]
+    row_density: float
+
+    @property
+    def valid(self) -> Mask:
+        """(rows, strips) whether a cell was measured."""
+        return np.asarray(self.inverse_distance > 0)
+
+
+def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevation | None:
+    """Resample an image into side elevations along a heading.
+
+    Parameters
+    ----------
+    image
+        Inverse depth.
+    up, forward
+        (3,) perpendicular unit vectors, camera frame.
+
+    Returns
+    -------
+    Elevation, or ``None`` when the image does not look along the heading at all.
+    """
+    camera = image.camera
+    x = ((np.arange(camera.width) - camera.cx) / camera.fx).astype(np.float32)
+    y = ((np.arange(camera.height) - camera.cy) / camera.fy).astype(np.float32)
+    # The rows' slopes are those of the column that looks most nearly along the heading.
+    along = forward[0] * x + forward[2]
+    middle = x[int(np.argmax(along))] if along.max() > MIN_FORWARD else np.float32(0)
+    middle = np.clip(middle, x[camera.width // 4], x[3 * camera.width // 4])
+    ahead = forward[0] * middle + forward[1] * y + forward[2]
+    above = up[0] * middle + up[1] * y + up[2]
+    usable = ahead > MIN_FORWARD
+    if np.count_nonzero(usable) < 20:
+        return None
+    slope = (above[usable] / ahead[usable]).astype(np.float32)[:, None]
+    up32, forward32 = up.astype(np.float32), forward.astype(np.float32)
+    ray_y = ((up32[0] * x + up32[2]) - slope * (forward32[0] * x + forward32[2])) / (
+        slope * forward32[1] - up32[1]
+    )
+    ray_forward = forward32[0] * x + forward32[2] + forward32[1] * ray_y
+    map_v = ray_y * np.float32(camera.fy) + np.float32(camera.cy)
+    map_u = np.broadcast_to(np.arange(camera.width, dtype=np.float32), map_v.shape)
+    sampled = cv2.remap(
+        image.inverse_depth, np.ascontiguousarray(map_u), map_v, cv2.INTER_NEAREST, borderValue=0
+    )
+    sampled[ray_forward < MIN_FORWARD] = 0
+    sampled /= np.maximum(ray_forward, np.float32(MIN_FORWARD))
+    left = np.cross(up, forward).astype(np.float32)
+    num_strips = camera.width // STRIP_WIDTH
+    offset = (camera.width - num_strips * STRIP_WIDTH) // 2
+    centers = offset + STRIP_WIDTH // 2 + STRIP_WIDTH * np.arange(num_strips)
+    lateral = (left[0] * x[centers] + left[2] + left[1] * ray_y[:, centers]) / np.maximum(
+        ray_forward[:, centers], np.float32(MIN_FORWARD)
+    )
+    cells = sampled[:, offset : offset + num_strips * STRIP_WIDTH].reshape(-1, num_strips, STRIP_WIDTH)
+    density = len(slope) / max(float(slope[0, 0] - slope[-1, 0]), 1e-6)
+    return Elevation(
+        slope=slope[:, 0],
+        inverse_distance=_average_cells(cells),
+        lateral=lateral,
+        row_density=density,
+    )
+
+
+def _average_cells(cells: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Mean of each cell's values near their median; 0 where fewer than half are valid."""
+    half = np.sort(cells[:, :, ::2], axis=2)
+    num_valid = np.count_nonzero(half, axis=2)
+    num = half.shape[2]
+    middle = np.minimum(num - num_valid + num_valid // 2, num - 1)
+    median = np.take_along_axis(half, middle[:, :, None], axis=2)
+    near = np.abs(cells - median) < np.float32(0.04) * median
+    count = np.count_nonzero(near, axis=2)
+    total = np.einsum("rsc,rsc->rs", cells, near.astype(np.float32))
+    enough = (num_valid * 2 >= num) & (count * 3 >= STRIP_WIDTH)
+    return np.where(enough, total / np.maximum(count, 1), np.float32(0)).astype(np.float32)

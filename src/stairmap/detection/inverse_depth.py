@@ -1,0 +1,152 @@
+"""Inverse depth, in which every plane is linear in the pixel.
+
+A plane n·X = d seen along the ray r = X / z gives 1/z = (n·r) / d: inverse depth
+q is a linear function of the pixel, so a least-squares fit in a window gives the
+surface's normal. The noise of triangulating sensors is constant in q as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from stairmap.arrays import Float64Array, Mask
+from stairmap.camera import PinholeCamera
+from stairmap.frame import DepthFrame
+
+MAX_WORKING_WIDTH = 360
+"""Images are reduced by a whole factor until they are no wider than this, in pixels."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InverseDepthImage:
+    """Inverse depth of a frame at the size a detector works at.
+
+    Attributes
+    ----------
+    inverse_depth
+        (height, width) float32, 1/m, 0 where nothing was measured.
+    valid
+        (height, width) whether something was measured.
+    camera
+        The camera of this reduced image.
+    stride
+        How many pixels of the frame make one of this image, along each axis.
+    """
+
+    inverse_depth: np.ndarray[tuple[int, int], np.dtype[np.float32]]
+    valid: Mask
+    camera: PinholeCamera
+    stride: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SurfaceNormals:
+    """Normals of an inverse-depth image.
+
+    Attributes
+    ----------
+    normals
+        (N, 3) float32 unit normals that point away from the camera, camera frame.
+    points
+        (N, 3) float32 points they belong to, camera frame, m.
+    noise
+        Median standard deviation of inverse depth about the fitted planes, 1/m.
+    """
+
+    normals: np.ndarray[tuple[int, int], np.dtype[np.float32]]
+    points: np.ndarray[tuple[int, int], np.dtype[np.float32]]
+    noise: float
+
+
+def inverse_depth_from_frame(frame: DepthFrame, *, max_depth: float) -> InverseDepthImage:
+    """Reduce a frame to the working size and invert its depth.
+
+    Every block of ``stride`` x ``stride`` pixels becomes the mean inverse depth of its
+    nearest surface: pixels more than 5 % behind the nearest one are left out, so that no
+    point is invented between two surfaces.
+    """
+    stride = -(-frame.camera.width // MAX_WORKING_WIDTH)
+    height, width = frame.camera.height // stride * stride, frame.camera.width // stride * stride
+    with np.errstate(divide="ignore"):
+        inverse = 1.0 / frame.depth[:height, :width]
+    inverse[~(inverse > 1.0 / max_depth)] = 0.0
+    inverse[inverse > 1e3] = 0.0
+    if stride > 1:
+        inverse = _reduce_blocks(inverse, stride)
+    camera = PinholeCamera(
+        width=width // stride,
+        height=height // stride,
+        fx=frame.camera.fx / stride,
+        fy=frame.camera.fy / stride,
+        cx=(frame.camera.cx + 0.5) / stride - 0.5,
+        cy=(frame.camera.cy + 0.5) / stride - 0.5,
+    )
+    return InverseDepthImage(inverse_depth=inverse, valid=inverse > 0, camera=camera, stride=stride)
+
+
+def _reduce_blocks(
+    inverse: np.ndarray[tuple[int, int], np.dtype[np.float32]], stride: int
+) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
+    """Mean inverse depth of each block's nearest surface."""
+    parts = [inverse[i::stride, j::stride] for i in range(stride) for j in range(stride)]
+    nearest = parts[0].copy()
+    for part in parts[1:]:
+        np.maximum(nearest, part, out=nearest)
+    limit = nearest * np.float32(0.95)
+    total, count = np.zeros_like(nearest), np.zeros_like(nearest)
+    for part in parts:
+        near = part > limit
+        total += part * near
+        count += near
+    return np.asarray(total / np.maximum(count, 1), dtype=np.float32)
+
+
+def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (9, 5)) -> SurfaceNormals:
+    """Fit a plane to inverse depth in every window of the image, reduced by two.
+
+    Windows with less than 70 % valid pixels give none.
+
+    Parameters
+    ----------
+    image
+        Inverse depth.
+    window
+        Width and height of the windows in pixels of the image reduced by two.
+    """
+    height, width = image.valid.shape
+    small_size = (width // 2, height // 2)
+    inside = image.inverse_depth[: height // 2 * 2, : width // 2 * 2]
+    weight = cv2.resize(np.asarray(inside > 0, dtype=np.float32), small_size, interpolation=cv2.INTER_AREA)
+    mean = cv2.resize(inside, small_size, interpolation=cv2.INTER_AREA)
+    camera = image.camera.scaled(0.5)
+    u = (np.arange(small_size[0], dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
+    v = ((np.arange(small_size[1], dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy))[:, None]
+
+    def window_mean(values: np.ndarray[tuple[int, int], np.dtype[np.float32]]) -> Float64Array:
+        return np.asarray(cv2.boxFilter(values, cv2.CV_32F, window, borderType=cv2.BORDER_CONSTANT))
+
+    mass = window_mean(weight)
+    usable = mass > 0.7
+    inverse_mass = 1.0 / np.maximum(mass, np.float32(0.1))
+    mean_q = window_mean(mean) * inverse_mass
+    # With few missing pixels the window's moments of u and v are those of the full window.
+    var_u = np.float32((window[0] ** 2 - 1) / 12 / camera.fx**2)
+    var_v = np.float32((window[1] ** 2 - 1) / 12 / camera.fy**2)
+    weight_u, weight_v = window_mean(weight * u) * inverse_mass, window_mean(weight * v) * inverse_mass
+    slope_u = (window_mean(mean * u) * inverse_mass - weight_u * mean_q) / var_u
+    slope_v = (window_mean(mean * v) * inverse_mass - weight_v * mean_q) / var_v
+    squares = np.divide(mean * mean, weight, out=np.zeros_like(mean), where=weight > 0)
+    variance = window_mean(squares) * inverse_mass - mean_q**2 - slope_u**2 * var_u - slope_v**2 * var_v
+    # A depth jump inside the window leaves a residual of several percent of q.
+    usable &= variance < (0.02 * mean_q) ** 2 + 4e-5
+    rows, columns = np.nonzero(usable)
+    q, a, b = mean_q[rows, columns], slope_u[rows, columns], slope_v[rows, columns]
+    ray_u, ray_v = u[columns], v[rows, 0]
+    normals = np.stack([a, b, q - a * ray_u - b * ray_v], axis=1)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+    points = np.stack([ray_u, ray_v, np.ones_like(q)], axis=1) / q[:, None]
+    noise = np.sqrt(max(float(np.median(variance[rows, columns])), 0.0)) if len(rows) else 0.0
+    return SurfaceNormals(normals=normals, points=points, noise=noise)

@@ -1,0 +1,121 @@
+"""Nosings seen as jumps of depth: where a surface ends and a farther one begins.
+
+Above the camera a riser ends against the next riser, whose tread is hidden. Seen from
+the upper floor a tread ends against the lower one. With open risers a tread begins in
+front of whatever is seen beneath it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stairmap.arrays import Float64Array, IntArray
+from stairmap.detection.elevation import Elevation
+from stairmap.detection.profile_segments import RISER, TREAD, ProfileSegments
+
+MIN_JUMP = 0.10
+"""Smallest forward distance between the two sides of a jump, m: half of the smallest run."""
+
+
+def find_riser_tops(
+    elevation: Elevation, segments: ProfileSegments, in_crease: IntArray
+) -> Float64Array:
+    """Find the upper ends of risers that end against something farther.
+
+    The riser is followed upward, past the rows where the inclination window already
+    straddles the jump, for as long as its distance stays the same.
+
+    Parameters
+    ----------
+    elevation, segments
+        Scans and their segments.
+    in_crease
+        Risers that end in a crease, which need no jump.
+
+    Returns
+    -------
+    (N, 3) distance s, height z (m) and strip of each nosing.
+    """
+    is_candidate = segments.kind == RISER
+    is_candidate[in_crease] = False
+    chosen = np.flatnonzero(is_candidate)
+    distance, strip = segments.distance[chosen], segments.strip[chosen]
+    top = _extend(elevation, segments.last_row[chosen], strip, distance, along_slope=False)
+    beyond = _inverse_at(elevation, top - 2, strip)
+    farther = beyond < 1.0 / (distance + MIN_JUMP)
+    height = elevation.slope[top] * distance + 0.5 * distance / elevation.row_density
+    return np.stack([distance, height, strip], axis=1)[farther & (top >= 2)].astype(np.float64)
+
+
+def find_tread_fronts(
+    elevation: Elevation, segments: ProfileSegments, in_crease: IntArray, *, view_sign: int
+) -> Float64Array:
+    """Find the front ends of treads without a visible riser.
+
+    Parameters
+    ----------
+    elevation, segments
+        Scans and their segments.
+    in_crease
+        Treads that begin at a crease, which need no jump.
+    view_sign
+        +1: the near end of a tread is its front (stairs that ascend away from the camera);
+        -1: the far end is (stairs that descend away from it).
+
+    Returns
+    -------
+    (N, 3) distance s, height z (m) and strip of each nosing.
+    """
+    is_candidate = segments.kind == TREAD
+    is_candidate[in_crease] = False
+    chosen = np.flatnonzero(is_candidate)
+    height, strip = segments.height[chosen], segments.strip[chosen]
+    if view_sign > 0:
+        end = _extend(elevation, segments.first_row[chosen], strip, height, along_slope=True, step=1)
+        beyond = _inverse_at(elevation, end + 2, strip)
+    else:
+        end = _extend(elevation, segments.last_row[chosen], strip, height, along_slope=True)
+        beyond = _inverse_at(elevation, end - 2, strip)
+    slope = elevation.slope[end]
+    with np.errstate(divide="ignore"):
+        distance = np.where(np.abs(slope) > 1e-3, height / slope, 0.0)
+    farther = (beyond < 1.0 / (np.maximum(distance, 1e-3) + MIN_JUMP)) & (distance > 0.2)
+    return np.stack([distance, height, strip], axis=1)[farther].astype(np.float64)
+
+
+def _inverse_at(elevation: Elevation, rows: IntArray, strips: IntArray) -> NDArray[np.float32]:
+    """Inverse distance at cells; rows outside the elevation count as unmeasured, which is 'near'."""
+    num_rows = len(elevation.slope)
+    inside = (rows >= 0) & (rows < num_rows)
+    values = elevation.inverse_distance[np.clip(rows, 0, num_rows - 1), strips]
+    return np.where(inside & (values > 0), values, np.float32(np.inf)).astype(np.float32)
+
+
+def _extend(
+    elevation: Elevation,
+    rows: IntArray,
+    strips: IntArray,
+    value: NDArray[np.float32],
+    *,
+    along_slope: bool,
+    step: int = -1,
+    max_rows: int = 12,
+) -> IntArray:
+    """Move rows on while the cell there still lies on the segment's surface; returns the last that does.
+
+    ``along_slope``: the surface is a tread at height ``value``; otherwise a riser at distance ``value``.
+    """
+    num_rows = len(elevation.slope)
+    end = rows.copy()
+    going = np.ones(len(rows), dtype=bool)
+    for _ in range(max_rows):
+        following = np.clip(end + step, 0, num_rows - 1)
+        q = elevation.inverse_distance[following, strips]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            measured = elevation.slope[following] / q if along_slope else 1.0 / q
+        going &= (q > 0) & (np.abs(measured - value) < 0.03) & (following != end)
+        if not going.any():
+            break
+        end = np.where(going, following, end)
+    return end
