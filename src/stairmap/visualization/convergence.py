@@ -26,7 +26,6 @@ class ConvergenceRecorder:
     """
 
     def __init__(self) -> None:
-        self._num_added = 0
         self._next = 1
         self._samples: dict[int, list[ConvergenceSample]] = {}
 
