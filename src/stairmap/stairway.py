@@ -147,7 +147,7 @@ class Flight:
         The normal has unit length and points up.
         """
         normal = np.array([0.0, 0.0, np.cos(self.pitch)]) - np.sin(self.pitch) * self.forward
-        first_nosing = [*self.base, 0.0, 0.0, self.rise]
+        first_nosing = self.base + np.array([0.0, 0.0, self.rise])
         return np.append(normal, -normal @ first_nosing)
 
     @property

@@ -1,0 +1,154 @@
+"""Each nosing of a lattice measured by itself: height from its tread, distance from its riser.
+
+Where the tread is hidden (above the camera) the height is where the riser ends; where there is
+no riser (open, or seen from above) the distance is where the tread ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stairmap.arrays import Float64Array, IntArray, Mask, Points
+from stairmap.detection.stair_pixels import Membership, StairPixels
+
+PIXELS_PER_SAMPLE = 12.0
+"""Neighbouring pixels err together: so many count as one independent sample."""
+
+MIN_SURFACE_PIXELS = 12
+"""Fewest working pixels for a tread or riser to count as seen."""
+
+MIN_TREAD_ROWS = 2.5
+"""A tread seen over fewer rows than this mixes with its nosing and is not measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredNosings:
+    """The nosings of a lattice, each measured by itself; all arrays (num_nosings,).
+
+    Attributes
+    ----------
+    distance, height
+        s and z, m; NaN where nothing measured it.
+    distance_std, height_std
+        Their standard deviations, m.
+    num_tread_pixels, num_riser_pixels
+        Working pixels that lie on its tread and on its riser.
+    is_crease
+        Whether tread and riser were both seen; otherwise it was seen as a jump.
+    """
+
+    distance: Float64Array
+    distance_std: Float64Array
+    height: Float64Array
+    height_std: Float64Array
+    num_tread_pixels: IntArray
+    num_riser_pixels: IntArray
+    is_crease: Mask
+
+    @property
+    def is_seen(self) -> Mask:
+        """(num_nosings,) whether its tread or its riser was seen."""
+        return np.asarray((self.num_tread_pixels + self.num_riser_pixels) >= MIN_SURFACE_PIXELS)
+
+
+def measure_nosings(
+    pixels: StairPixels,
+    members: Membership,
+    ends: Points,
+    *,
+    distance: float,
+    height: float,
+    run: float,
+    rise: float,
+    noise: float,
+    num_nosings: int,
+    row_step: int,
+    pixel_size: float,
+) -> MeasuredNosings:
+    """Measure the nosings of a lattice.
+
+    Parameters
+    ----------
+    pixels, members
+        Pixels in the stairway's axes and where they belong.
+    ends
+        (M, 3) jumps in single strips: s, z, t, m.
+    distance, height, run, rise
+        The lattice, m.
+    noise
+        Standard deviation of inverse depth of a pixel, 1/m.
+    num_nosings
+        Nosings 0 to ``num_nosings - 1`` are measured.
+    row_step
+        Every so many rows were taken.
+    pixel_size
+        Size of a working pixel at 1 m, m.
+    """
+    index = np.arange(num_nosings)
+    lattice_s, lattice_z = distance + index * run, height + index * rise
+    spread = noise * pixels.forward.astype(np.float64) ** 2
+    slope = np.abs(pixels.height) / np.maximum(pixels.forward, 0.1)
+    tread_z, tread_std, num_tread = _surface_means(
+        pixels.height, members.tread, members.index, spread * slope, num_nosings, row_step
+    )
+    riser_s, riser_std, num_riser = _surface_means(
+        pixels.forward, members.riser, members.index, spread, num_nosings, row_step
+    )
+    rows_of_tread = np.abs(run * lattice_z) / np.maximum(lattice_s, 0.1) ** 2 / pixel_size
+    tread_z[rows_of_tread < MIN_TREAD_ROWS] = np.nan
+
+    owner = np.rint(
+        ((ends[:, 0] - distance) * run + (ends[:, 1] - height) * rise) / (run**2 + rise**2)
+    ).astype(np.int64)
+    near = (np.abs(ends[:, 0] - distance - owner * run) < 0.2 * abs(run)) & (
+        np.abs(ends[:, 1] - height - owner * rise) < 0.3 * rise
+    )
+    pixel = pixel_size * np.maximum(lattice_s, 0.1)
+    end_z, end_z_std = _end_medians(ends[near, 1], owner[near], num_nosings, pixel)
+    end_s, end_s_std = _end_medians(ends[near, 0], owner[near], num_nosings, 2.0 * pixel)
+    is_crease = np.isfinite(tread_z) & np.isfinite(riser_s)
+    return MeasuredNosings(
+        distance=np.where(np.isfinite(riser_s), riser_s, end_s),
+        distance_std=np.where(np.isfinite(riser_s), riser_std, end_s_std),
+        height=np.where(np.isfinite(tread_z), tread_z, end_z),
+        height_std=np.where(np.isfinite(tread_z), tread_std, end_z_std),
+        num_tread_pixels=num_tread,
+        num_riser_pixels=num_riser,
+        is_crease=is_crease,
+    )
+
+
+def _surface_means(
+    values: NDArray[np.float32],
+    chosen: Mask,
+    index: IntArray,
+    spread: Float64Array,
+    num_nosings: int,
+    row_step: int,
+) -> tuple[Float64Array, Float64Array, IntArray]:
+    """Weighted mean of each surface, its standard deviation, and its pixels; NaN with too few."""
+    index = index[chosen]
+    weight = 1.0 / (spread[chosen] ** 2 + 0.002**2)
+    count = np.bincount(index, minlength=num_nosings) * row_step
+    total = np.bincount(index, weight, num_nosings)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.bincount(index, weight * values[chosen], num_nosings) / total
+        std = np.sqrt(PIXELS_PER_SAMPLE / (total * row_step))
+    mean[count < MIN_SURFACE_PIXELS] = np.nan
+    return mean, std, count
+
+
+def _end_medians(
+    values: Float64Array, owner: IntArray, num_nosings: int, pixel: Float64Array
+) -> tuple[Float64Array, Float64Array]:
+    """Median of the ends of each nosing; a strip's end is known to a third of a pixel."""
+    median, std = np.full(num_nosings, np.nan), np.full(num_nosings, np.inf)
+    for nosing in range(num_nosings):
+        mine = values[owner == nosing]
+        if len(mine) >= 2:
+            median[nosing] = np.median(mine)
+            std[nosing] = pixel[nosing] * (0.2 + 0.4 / np.sqrt(len(mine)))
+    return median, std

@@ -1,0 +1,229 @@
+"""From a coarse lattice to a measured one, with all pixels and an honest covariance.
+
+Treads say heights, risers say distances. Pixels also say how far the axes are turned:
+treads must be level, risers upright and square to the heading. Each step then counts as
+one measurement whose error is at least the irregularity of real steps, so that a near
+step with many pixels does not outvote the others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray, Points, Vector
+from stairmap.detection.inverse_depth import InverseDepthImage
+from stairmap.detection.lattice import Lattice
+from stairmap.detection.nosings import (
+    MIN_SURFACE_PIXELS,
+    PIXELS_PER_SAMPLE,
+    MeasuredNosings,
+    measure_nosings,
+)
+from stairmap.detection.stair_pixels import Membership, StairPixels, find_members, gather_pixels
+from stairmap.geometry import normalized
+
+UP_PRIOR = np.radians(0.7)
+"""Standard deviation of up after its correction by floor and walls, rad."""
+
+STEP_IRREGULARITY = 0.004
+"""Standard deviation of a step's nosing about the lattice, m (FACTS.md section 2: up to 11-19 mm)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RefinedLattice:
+    """A measured lattice in one frame.
+
+    Attributes
+    ----------
+    up, forward
+        (3,) corrected axes, camera frame.
+    distance, height, run, rise
+        The lattice, m, as in ``Lattice``.
+    covariance
+        (6, 6) of (rise, run, distance, height, tilt about the lateral axis, heading).
+    pixels, members
+        The pixels in the corrected axes and where they belong; every ``row_step``-th row.
+    nosings
+        Each nosing as it was measured by itself.
+    """
+
+    up: Vector
+    forward: Vector
+    distance: float
+    height: float
+    run: float
+    rise: float
+    covariance: Float64Array
+    pixels: StairPixels
+    members: Membership
+    row_step: int
+    nosings: MeasuredNosings
+
+
+def refine_lattice(
+    image: InverseDepthImage,
+    lattice: Lattice,
+    up: Vector,
+    forward: Vector,
+    ends: Points,
+    *,
+    noise: float,
+    columns: tuple[int, int],
+) -> RefinedLattice | None:
+    """Fit the lattice and its axes to the pixels of its treads and risers.
+
+    Parameters
+    ----------
+    image
+        Inverse depth of the frame.
+    lattice
+        Where to start.
+    up, forward
+        (3,) perpendicular unit vectors, camera frame.
+    ends
+        (M, 3) nosings seen as jumps in single strips: s, z, t in these axes, m.
+    noise
+        Standard deviation of inverse depth of a pixel, 1/m.
+    columns
+        Columns of the working image in which the stairs lie.
+
+    Returns
+    -------
+    The measured lattice, or ``None`` when fewer than two steps keep pixels.
+    """
+    # Two more steps are tried above the highest nosing found, one below the lowest.
+    distance, height = lattice.distance - lattice.run, lattice.height - lattice.rise
+    run, rise = lattice.run, lattice.rise
+    num_nosings = int(lattice.indices[-1]) + 4
+    area = image.camera.height * (columns[1] - columns[0])
+    for max_pixels in (12_000, 24_000):
+        row_step = max(1, -(-area // max_pixels))
+        pixels = gather_pixels(image, up, forward, columns=columns, row_step=row_step)
+        members = find_members(
+            pixels, distance=distance, height=height, run=run, rise=rise, noise=noise, num_nosings=num_nosings
+        )
+        if np.count_nonzero(members.tread | members.riser) * row_step < 3 * MIN_SURFACE_PIXELS:
+            return None
+        tilt, roll, turn, rotation_covariance = _fit_rotation(pixels, members, noise, num_nosings, row_step)
+        left = np.cross(up, forward)
+        new_up = normalized(up + tilt * forward + roll * left)
+        turned = forward - tilt * up + turn * left
+        forward = normalized(turned - (turned @ new_up) * new_up)
+        up = new_up
+        pixels = pixels.rotated(tilt, roll, turn)
+        rotation = np.array([[1.0, -tilt, turn], [tilt, 1.0, roll], [-turn, -roll, 1.0]])
+        ends = ends @ rotation.T
+        nosings = measure_nosings(
+            pixels,
+            members,
+            ends,
+            distance=distance,
+            height=height,
+            run=run,
+            rise=rise,
+            noise=noise,
+            num_nosings=num_nosings,
+            row_step=row_step,
+            pixel_size=1.0 / image.camera.fy,
+        )
+        fit = _fit_lattice(nosings)
+        if fit is None:
+            return None
+        distance, height, run, rise, covariance = fit
+    return RefinedLattice(
+        up=up,
+        forward=forward,
+        distance=distance,
+        height=height,
+        run=run,
+        rise=rise,
+        covariance=_with_rotation(covariance, rotation_covariance, run, rise, distance, height),
+        pixels=pixels,
+        members=members,
+        row_step=row_step,
+        nosings=nosings,
+    )
+
+
+def _fit_rotation(
+    pixels: StairPixels, members: Membership, noise: float, num_nosings: int, row_step: int
+) -> tuple[float, float, float, Float64Array]:
+    """Small angles (tilt, roll, turn) that make treads level and risers square, and their covariance.
+
+    Least squares over z + tilt·s + roll·t on treads and s - tilt·z + turn·t on risers, each
+    about the mean of its own surface, so that no step's height enters.
+    """
+    information = np.diag([1 / UP_PRIOR**2, 1 / UP_PRIOR**2, 1 / np.radians(10) ** 2])
+    gradient = np.zeros(3)
+    for chosen, sign in ((members.tread, 1.0), (members.riser, -1.0)):
+        if not chosen.any():
+            continue
+        s, z, t = (values[chosen].astype(np.float64) for values in (pixels.forward, pixels.height, pixels.left))
+        index = members.index[chosen]
+        spread = noise * s**2 * (np.abs(z) / np.maximum(s, 0.1) if sign > 0 else 1.0)
+        weight = row_step / PIXELS_PER_SAMPLE / (spread**2 + 0.003**2)
+        s, z, t = (_centered(values, weight, index, num_nosings) for values in (s, z, t))
+        value, slope = (z, s) if sign > 0 else (s, z)
+        design = np.zeros((3, len(s)))
+        design[0] = sign * slope
+        design[1 if sign > 0 else 2] = t
+        information += (design * weight) @ design.T
+        gradient += (design * weight) @ value
+    covariance = np.linalg.inv(information)
+    tilt, roll, turn = -covariance @ gradient
+    return float(tilt), float(roll), float(turn), covariance
+
+
+def _centered(
+    values: Float64Array, weight: Float64Array, index: IntArray, num_groups: int
+) -> Float64Array:
+    """Values less the weighted mean of their group."""
+    total = np.maximum(np.bincount(index, weight, num_groups), 1e-12)
+    return np.asarray(values - (np.bincount(index, weight * values, num_groups) / total)[index])
+
+
+def _fit_lattice(nosings: MeasuredNosings) -> tuple[float, float, float, float, Float64Array] | None:
+    """Robust weighted lines through the nosings' distances and heights over their index."""
+    covariance = np.zeros((6, 6))
+    result = []
+    measures = (
+        (nosings.height, nosings.height_std, [3, 0]),
+        (nosings.distance, nosings.distance_std, [2, 1]),
+    )
+    for value, std, slots in measures:
+        known = np.flatnonzero(np.isfinite(value))
+        if len(known) < 2:
+            return None
+        design = np.stack([np.ones(len(known)), known.astype(np.float64)], axis=1)
+        variance = std[known] ** 2 + STEP_IRREGULARITY**2
+        weight = 1.0 / variance
+        # Two Huber rounds: a step that stands out by more than 2 sigma pulls no harder.
+        for _ in range(3):
+            information = (design.T * weight) @ design
+            estimate = np.linalg.solve(information, (design.T * weight) @ value[known])
+            residual = np.abs(value[known] - design @ estimate) / np.sqrt(variance)
+            weight = np.minimum(1.0, 2.0 / np.maximum(residual, 1e-9)) / variance
+        start, spacing = float(estimate[0]), float(estimate[1])
+        block = np.linalg.inv(information)
+        covariance[np.ix_(slots, slots)] = block
+        result.append((start, spacing))
+    (height, rise), (distance, run) = result
+    return distance, height, run, rise, covariance
+
+
+def _with_rotation(
+    covariance: Float64Array,
+    rotation: Float64Array,
+    run: float,
+    rise: float,
+    distance: float,
+    height: float,
+) -> Float64Array:
+    """Add what the uncertainty of tilt and turn does to the lattice."""
+    jacobian = np.zeros((6, 3))
+    jacobian[0, 0], jacobian[1, 0] = run, -rise
+    jacobian[2, 0], jacobian[3, 0] = -height, distance
+    jacobian[4, 0], jacobian[5, 2] = 1.0, 1.0
+    return np.asarray(covariance + jacobian @ rotation @ jacobian.T)
