@@ -21,6 +21,9 @@ from stairmap.simulation.sensor_effects import (
     shifted_laterally,
 )
 
+_NOWHERE = 1e6
+"""Depth that stands for none in filters; OpenCV does not take NaN, m."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KinectV1:
@@ -132,8 +135,8 @@ class KinectV2:
 def _make_flying_pixels(depth: Float64Array, jumps: Mask, share: float, random: np.random.Generator) -> None:
     """Move a share of the pixels at jumps between the nearest and farthest neighbour, in place."""
     kernel = np.ones((3, 3), np.uint8)
-    near = cv2.erode(np.where(np.isnan(depth), np.inf, depth), kernel)
-    far = cv2.dilate(np.where(np.isnan(depth), -np.inf, depth), kernel)
-    flying = jumps & np.isfinite(near) & np.isfinite(far) & (random.random(depth.shape) < share)
+    near = cv2.erode(np.where(np.isnan(depth), _NOWHERE, depth), kernel)
+    far = cv2.dilate(np.where(np.isnan(depth), -_NOWHERE, depth), kernel)
+    flying = jumps & (near < _NOWHERE) & (far > -_NOWHERE) & (random.random(depth.shape) < share)
     mix = random.random(depth.shape)
     depth[flying] = (near + mix * (far - near))[flying]

@@ -185,4 +185,6 @@ def _plan(route: Route, robot: Robot) -> tuple[Float64Array, Float64Array]:
         add(route.waypoints[index + 1], float(np.linalg.norm(legs[index])) / robot.speed)
     if route.last_heading is not None:
         turn_to(route.waypoints[-1], route.last_heading)
+    if route.last_pause > 0:
+        add(route.waypoints[-1], route.last_pause)
     return np.array(times) - times[0], np.array(states)

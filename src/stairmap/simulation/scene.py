@@ -24,6 +24,8 @@ class Route:
         Where it looks before it turns to the second waypoint, rad; ``None``: at that point.
     last_heading
         Where it turns at the end, rad; ``None``: it does not.
+    last_pause
+        How long it stands at the end, s.
     min_camera_pitch
         How far the camera looks down at least, rad: a robot that wants to see stairs that lead
         down tilts its camera or body. Zero leaves every robot's own tilt as it is.
@@ -32,6 +34,7 @@ class Route:
     waypoints: Points
     first_heading: float | None = None
     last_heading: float | None = None
+    last_pause: float = 0.0
     min_camera_pitch: float = 0.0
 
     def __post_init__(self) -> None:
@@ -96,8 +99,8 @@ def make_approach_route(
     return Route(waypoints=waypoints, first_heading=heading + first_turn, last_heading=flight.heading)
 
 
-def make_descent_route(flight: Flight, *, distance: float = 3.0, stop: float = 0.45) -> Route:
-    """Return a route on the upper floor to the top nosing of a flight, to look down it.
+def make_descent_route(flight: Flight, *, distance: float = 3.0, stop: float = 0.25) -> Route:
+    """Return a route on the upper floor to the top nosing of a flight, to halt there and look down it.
 
     Parameters
     ----------
@@ -116,5 +119,6 @@ def make_descent_route(flight: Flight, *, distance: float = 3.0, stop: float = 0
     return Route(
         waypoints=np.array(waypoints),
         last_heading=flight.heading + np.pi,
+        last_pause=2.0,
         min_camera_pitch=float(np.radians(35)),
     )

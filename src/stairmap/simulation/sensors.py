@@ -26,6 +26,9 @@ from stairmap.simulation.sensor_effects import (
     find_jumps,
 )
 
+_NOWHERE = 1e6
+"""Depth that stands for none in filters; OpenCV does not take NaN, m."""
+
 
 class Sensor(Protocol):
     """A depth camera."""
@@ -191,8 +194,8 @@ def _fatten_edges(depth: Float64Array, jumps: Mask, window: int) -> Float64Array
     """Let the nearer surface win within half a window of a jump."""
     kernel = np.ones((window, window), np.uint8)
     # Only the nearer side of a jump spreads; a steep floor elsewhere in the window does not.
-    edge_depth = np.where(jumps, depth, np.inf)
+    edge_depth = np.where(jumps & np.isfinite(depth), depth, _NOWHERE)
     near = cv2.erode(edge_depth, kernel)
     with np.errstate(invalid="ignore"):
-        covered = np.isfinite(near) & ~(depth - near < 0.02 + 0.01 * near)
+        covered = (near < _NOWHERE) & ~(depth - near < 0.02 + 0.01 * near)
     return np.where(covered, near, depth)

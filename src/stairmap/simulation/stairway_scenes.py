@@ -158,10 +158,11 @@ def _descending(name: str, random: np.random.Generator, *, has_upward: bool) -> 
         parts += [upper.mesh, make_upper_floor(upper.stairway.flights[0], 1.5)]
         route = Route(
             waypoints=np.array(
-                [[-4.5, 0.6, 0], [-1.8, 0.6, 0], [-0.7, 0.8, 0], [-1.2, -0.6, 0], [-0.5, -0.8, 0]]
+                [[-4.5, 0.6, 0], [-1.8, 0.6, 0], [-0.7, 0.8, 0], [-1.2, -0.6, 0], [-0.25, -0.8, 0]]
             ),
             last_heading=0.0,
-            min_camera_pitch=float(np.radians(20)),
+            last_pause=2.0,
+            min_camera_pitch=float(np.radians(25)),
         )
     return Scene(name=name, mesh=joined(parts), stairways=tuple(stairways), route=route)
 
