@@ -157,7 +157,13 @@ def _check_keys(values: dict[str, Any], section: type[BaseModel], prefix: str) -
     for key, value in values.items():
         if key not in section.model_fields:
             known = _all_keys(Config)
-            near = difflib.get_close_matches(f"{prefix}{key}", known, n=1, cutoff=0.0)
+            # A misspelt section is told best by the key that was sought in it.
+            sought = (
+                f"{prefix}{key}.{next(iter(value))}"
+                if value and isinstance(value, dict)
+                else f"{prefix}{key}"
+            )
+            near = difflib.get_close_matches(sought, known, n=1, cutoff=0.0)
             raise ConfigError(
                 f"unknown config key {prefix}{key}; did you mean {near[0]}? (stairmap config lists all)"
             )
