@@ -9,6 +9,7 @@ from stairmap.simulation.odometry import (
     PERFECT_ODOMETRY,
     OdometryModel,
     close_loop,
+    find_drift,
     sample_attitude,
     sample_odometry,
 )
@@ -82,3 +83,15 @@ def test_a_closed_loop_ends_at_the_truth_and_is_nearer_to_it_in_between() -> Non
     after = np.linalg.norm(corrected[:, :3, 3] - true[:, :3, 3], axis=1)
     assert after.mean() < 0.7 * before.mean()
     np.testing.assert_allclose(np.linalg.det(corrected[:, :3, :3]), 1.0, atol=1e-9)
+
+
+def test_drift_takes_true_points_to_where_odometry_sees_them() -> None:
+    level, robot = np.zeros((101, 3)), ROBOTS["packbot"]
+    true = camera_poses(STRAIGHT, level, robot)
+    believed = sample_odometry(STRAIGHT, OdometryModel(), np.random.default_rng(3))
+    odometry = camera_poses(believed, level, robot)
+    drift = find_drift(odometry, true)
+    np.testing.assert_allclose(drift[0], np.eye(4), atol=1e-9)
+    point = np.array([12.0, 1.0, 0.5, 1.0])
+    in_camera = np.linalg.inv(true[-1]) @ point
+    np.testing.assert_allclose(drift[-1] @ point, odometry[-1] @ in_camera, atol=1e-9)

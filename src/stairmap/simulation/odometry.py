@@ -119,5 +119,21 @@ def close_loop(stamps_ns: IntArray, odometry: Float64Array, true_poses: Float64A
     return np.asarray(spread @ odometry)
 
 
+def find_drift(odometry: Float64Array, true_poses: Float64Array) -> Float64Array:
+    """Return for each frame the (N, 4, 4) ``odometry_map_from_true_map``.
+
+    It takes a true point to where a method that trusts the odometry must put it when it sees it
+    in that frame: the part of an error in place that is no fault of the method.
+
+    Parameters
+    ----------
+    odometry, true_poses
+        (N, 4, 4) ``map_from_camera``.
+    """
+    return np.array(
+        [believed @ invert_transform(true) for believed, true in zip(odometry, true_poses, strict=True)]
+    )
+
+
 def _wrapped(angle: float) -> float:
     return (angle + np.pi) % (2 * np.pi) - np.pi
