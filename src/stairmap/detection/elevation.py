@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stairmap.arrays import Mask, Vector
+from stairmap.arrays import Float64Array, Mask, Points, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
 
 STRIP_WIDTH = 16
@@ -94,7 +94,7 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
     sampled /= np.maximum(ray_forward, np.float32(MIN_FORWARD))
     left = np.cross(up, forward).astype(np.float32)
     num_strips = camera.width // STRIP_WIDTH
-    offset = (camera.width - num_strips * STRIP_WIDTH) // 2
+    offset = _first_column(camera.width)
     centers = offset + STRIP_WIDTH // 2 + STRIP_WIDTH * np.arange(num_strips)
     lateral = (left[0] * x[centers] + left[2] + left[1] * ray_y[:, centers]) / np.maximum(
         ray_forward[:, centers], np.float32(MIN_FORWARD)
@@ -107,6 +107,28 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
         lateral=lateral,
         row_density=density,
     )
+
+
+def strip_columns(width: int, strips: Mask, *, margin: int) -> tuple[int, int]:
+    """Return the first column and one past the last of the given strips and ``margin`` more on each side."""
+    chosen = np.flatnonzero(strips)
+    offset = _first_column(width)
+    first = offset + (int(chosen[0]) - margin) * STRIP_WIDTH
+    last = offset + (int(chosen[-1]) + 1 + margin) * STRIP_WIDTH
+    return max(first, 0), min(last, width)
+
+
+def lateral_positions(elevation: Elevation, nosings: Float64Array) -> Points:
+    """Turn (N, 3) nosings of s, z and strip into (N, 3) points s, z, t, m."""
+    strip = nosings[:, 2].astype(np.int64)
+    slope = (nosings[:, 1] / np.maximum(nosings[:, 0], 1e-6)).astype(np.float32)
+    row = np.searchsorted(-elevation.slope, -slope).clip(0, len(elevation.slope) - 1)
+    return np.stack([nosings[:, 0], nosings[:, 1], nosings[:, 0] * elevation.lateral[row, strip]], axis=1)
+
+
+def _first_column(width: int) -> int:
+    """Column where strip 0 begins: the strips are centred in the image."""
+    return (width - width // STRIP_WIDTH * STRIP_WIDTH) // 2
 
 
 def _average_cells(cells: NDArray[np.float32]) -> NDArray[np.float32]:

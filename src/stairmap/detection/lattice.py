@@ -98,7 +98,12 @@ def group_nosings(nosings: Float64Array, *, num_strips: int, noise: float) -> No
 
 
 def find_lattices(
-    groups: NosingGroups, envelope: EnvelopeConfig, *, noise: float, max_lattices: int = 3
+    groups: NosingGroups,
+    envelope: EnvelopeConfig,
+    *,
+    view_sign: int,
+    noise: float,
+    max_lattices: int = 3,
 ) -> list[Lattice]:
     """Search the lattices that explain most nosings, best first.
 
@@ -113,6 +118,8 @@ def find_lattices(
     envelope
         Dimensions a stairway may have; they are widened by a tenth here, since a pair of
         nosings measures less well than the lattice that follows.
+    view_sign
+        +1: stairs that ascend away from the camera; -1: that descend away from it.
     noise
         Standard deviation of inverse distance in a strip, 1/m.
     max_lattices
@@ -121,7 +128,7 @@ def find_lattices(
     found: list[Lattice] = []
     free = np.ones(len(groups), dtype=bool)
     while len(found) < max_lattices:
-        lattice, used = _find_best(groups, free, envelope, noise)
+        lattice, used = _find_best(groups, free, envelope, view_sign, noise)
         if lattice is None:
             break
         found.append(lattice)
@@ -130,7 +137,7 @@ def find_lattices(
 
 
 def _find_best(
-    groups: NosingGroups, free: Mask, envelope: EnvelopeConfig, noise: float
+    groups: NosingGroups, free: Mask, envelope: EnvelopeConfig, view_sign: int, noise: float
 ) -> tuple[Lattice | None, Mask]:
     none = (None, np.zeros(len(groups), dtype=bool))
     if np.count_nonzero(free) < 2:
@@ -151,8 +158,8 @@ def _find_best(
     allowed = (
         (rise > 0.9 * envelope.min_rise)
         & (rise < 1.1 * envelope.max_rise)
-        & (np.abs(run) > 0.9 * envelope.min_run)
-        & (np.abs(run) < 1.1 * envelope.max_run)
+        & (view_sign * run > 0.9 * envelope.min_run)
+        & (view_sign * run < 1.1 * envelope.max_run)
         & (pitch > envelope.min_pitch_deg - 3.0)
         & (pitch < envelope.max_pitch_deg + 3.0)
     )

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from stairmap.arrays import Float64Array, Vector
-from stairmap.detection.inverse_depth import SurfaceNormals
+from stairmap.detection.inverse_depth import InverseDepthImage, SurfaceNormals
 from stairmap.geometry import normalized
 
 HEADING_BINS = 72
@@ -133,3 +134,63 @@ def find_headings(surfaces: SurfaceNormals, up: Vector, *, max_headings: int) ->
         headings.append((np.count_nonzero(histogram > 12), angle))
     headings.sort(reverse=True)
     return np.array([angle for _, angle in headings[:max_headings]])
+
+
+def find_line_headings(
+    image: InverseDepthImage, up: Vector, *, known: Float64Array, max_headings: int
+) -> Float64Array:
+    """Find headings from straight jumps of depth, for stairs that show no risers.
+
+    A level edge seen as a line in the image spans a plane with the camera, whose intersection
+    with the horizontal is the edge's direction; the heading is square to it.
+
+    Parameters
+    ----------
+    image
+        Inverse depth.
+    up
+        (3,) unit vector, camera frame.
+    known
+        (K,) headings that were tried already, rad; others within 8 degrees of them are left out.
+    max_headings
+        How many are returned at most.
+
+    Returns
+    -------
+    (M,) angles as in ``find_headings``, by the total length of their lines.
+    """
+    # Half a percent of an inverse distance of 1/m is one grey level: 100 mm at 1.5 m give 9.
+    grey = np.minimum(image.inverse_depth * 200.0, 255.0).astype(np.uint8)
+    lines = cv2.HoughLinesP(cv2.Canny(grey, 8, 16), 1, np.pi / 180, 25, minLineLength=25, maxLineGap=4)
+    if lines is None:
+        return np.zeros(0)
+    camera = image.camera
+    ends = lines.reshape(-1, 2, 2).astype(np.float64)
+    rays = np.ones((len(ends), 2, 3))
+    rays[..., 0] = (ends[..., 0] - camera.cx) / camera.fx
+    rays[..., 1] = (ends[..., 1] - camera.cy) / camera.fy
+    normals = np.cross(rays[:, 0], rays[:, 1])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    directions = np.cross(normals, up)
+    sharpness = np.linalg.norm(directions, axis=1)
+    ahead, left = level_axes(up)
+    # The heading is the edge's direction turned by a quarter; its sign is chosen to look ahead.
+    heading_vectors = np.cross(directions, up)
+    angles = np.arctan2(heading_vectors @ left, heading_vectors @ ahead)
+    angles = (angles + np.pi / 2) % np.pi - np.pi / 2
+    weights = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) * (sharpness > 0.4)
+    bins = np.floor((angles + np.pi / 2) / np.radians(5)).astype(np.int64).clip(0, 35)
+    histogram = np.bincount(bins, weights, 36)
+    smooth = histogram + 0.5 * (np.roll(histogram, 1) + np.roll(histogram, -1))
+    found: list[float] = []
+    for peak in np.argsort(-smooth):
+        if len(found) >= max_headings or smooth[peak] < 60:
+            break
+        near = (np.abs(bins - peak) <= 1) & (weights > 0)
+        if not near.any():
+            continue
+        angle = float(np.average(angles[near], weights=weights[near]))
+        taken = [*known.tolist(), *found]
+        if abs(angle) < np.radians(80) and all(abs(angle - other) > np.radians(8) for other in taken):
+            found.append(angle)
+    return np.array(found)
