@@ -122,9 +122,7 @@ def _find_rejections(
     found = []
     if len(chosen) < config.detection.min_steps:
         found.append(
-            Rejection(
-                rule="min_steps", measured=len(chosen), limit=config.detection.min_steps, unit="1"
-            )
+            Rejection(rule="min_steps", measured=len(chosen), limit=config.detection.min_steps, unit="1")
         )
     rise, run = refined.rise, abs(refined.run)
     pitch = float(np.degrees(np.arctan2(rise, run)))
@@ -142,9 +140,7 @@ def _find_rejections(
         found.append(Rejection(rule="min_width", measured=width, limit=envelope.min_width, unit="m"))
     see_through = _see_through_share(refined, extents, chosen)
     if see_through > MAX_SEE_THROUGH:
-        found.append(
-            Rejection(rule="max_see_through", measured=see_through, limit=MAX_SEE_THROUGH, unit="1")
-        )
+        found.append(Rejection(rule="max_see_through", measured=see_through, limit=MAX_SEE_THROUGH, unit="1"))
     irregularity = _irregularity(refined, chosen)
     if irregularity > MAX_IRREGULARITY:
         found.append(
@@ -220,9 +216,7 @@ def _make_observation(
         )
     middle = np.mean([edge.nosing.mean(axis=0) @ left_axis for edge in edges])
     lowest = int(chosen[0])
-    origin = (
-        lattice_s[lowest] * refined.forward + lattice_z[lowest] * refined.up + float(middle) * left_axis
-    )
+    origin = lattice_s[lowest] * refined.forward + lattice_z[lowest] * refined.up + float(middle) * left_axis
     return StairObservation(
         stamp_ns=stamp_ns,
         view="descending" if descending else "ascending",

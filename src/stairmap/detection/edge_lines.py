@@ -144,7 +144,11 @@ def _is_bounded(
     known = q > 0
     depth = 1.0 / np.where(known, q, 1.0)
     rays = np.stack(
-        [(column - camera.cx) / camera.fx, (pixels.row[chosen] - camera.cy) / camera.fy, np.ones(len(chosen))],
+        [
+            (column - camera.cx) / camera.fx,
+            (pixels.row[chosen] - camera.cy) / camera.fy,
+            np.ones(len(chosen)),
+        ],
         axis=1,
     )
     s, z, t = ((rays @ axis) * depth for axis in (lattice.forward, lattice.up, left_axis))

@@ -123,7 +123,9 @@ def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (
     mean = cv2.resize(inside, small_size, interpolation=cv2.INTER_AREA)
     camera = image.camera.scaled(0.5)
     u = (np.arange(small_size[0], dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
-    v = ((np.arange(small_size[1], dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy))[:, None]
+    v = ((np.arange(small_size[1], dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy))[
+        :, None
+    ]
 
     def window_mean(values: np.ndarray[tuple[int, int], np.dtype[np.float32]]) -> Float64Array:
         return np.asarray(cv2.boxFilter(values, cv2.CV_32F, window, borderType=cv2.BORDER_CONSTANT))

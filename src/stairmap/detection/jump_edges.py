@@ -18,9 +18,7 @@ MIN_JUMP = 0.10
 """Smallest forward distance between the two sides of a jump, m: half of the smallest run."""
 
 
-def find_riser_tops(
-    elevation: Elevation, segments: ProfileSegments, in_crease: IntArray
-) -> Float64Array:
+def find_riser_tops(elevation: Elevation, segments: ProfileSegments, in_crease: IntArray) -> Float64Array:
     """Find the upper ends of risers that end against something farther.
 
     The riser is followed upward, past the rows where the inclination window already

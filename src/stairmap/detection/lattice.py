@@ -182,9 +182,7 @@ def _find_best(
     size = np.minimum(groups.strips.sum(axis=1), 12).astype(np.float64)
     best_per_index = np.zeros((len(run), 64))
     rows, columns = np.nonzero(fits)
-    np.maximum.at(
-        best_per_index, (rows, (index[rows, columns] + 32).astype(np.int64)), size[columns]
-    )
+    np.maximum.at(best_per_index, (rows, (index[rows, columns] + 32).astype(np.int64)), size[columns])
     present = best_per_index > 0
     first = np.argmax(present, axis=1)
     last = 63 - np.argmax(present[:, ::-1], axis=1)

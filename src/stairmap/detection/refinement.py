@@ -160,7 +160,9 @@ def _fit_rotation(
     for chosen, sign in ((members.tread, 1.0), (members.riser, -1.0)):
         if not chosen.any():
             continue
-        s, z, t = (values[chosen].astype(np.float64) for values in (pixels.forward, pixels.height, pixels.left))
+        s, z, t = (
+            values[chosen].astype(np.float64) for values in (pixels.forward, pixels.height, pixels.left)
+        )
         index = members.index[chosen]
         spread = noise * s**2 * (np.abs(z) / np.maximum(s, 0.1) if sign > 0 else 1.0)
         weight = row_step / PIXELS_PER_SAMPLE / (spread**2 + 0.003**2)
@@ -176,9 +178,7 @@ def _fit_rotation(
     return float(tilt), float(roll), float(turn), covariance
 
 
-def _centered(
-    values: Float64Array, weight: Float64Array, index: IntArray, num_groups: int
-) -> Float64Array:
+def _centered(values: Float64Array, weight: Float64Array, index: IntArray, num_groups: int) -> Float64Array:
     """Values less the weighted mean of their group."""
     total = np.maximum(np.bincount(index, weight, num_groups), 1e-12)
     return np.asarray(values - (np.bincount(index, weight * values, num_groups) / total)[index])

@@ -1,0 +1,239 @@
+"""One flight from all its observations.
+
+Rise and run come from each observation by itself and are averaged by their variances: an
+error of a pose moves all edges of a frame alike and so does not touch them (the report, section
+3.2). Place and heading are averaged in the map. The lattice's integer index makes one list of
+steps of all observations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray
+from stairmap.geometry import wrapped_angle
+from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
+from stairmap.stairway import Flight, FlightStd, Step
+
+POSE_STD = 0.01
+"""Standard deviation of a pose's position against its neighbours, m: keeps one frame from ruling."""
+
+POSE_HEADING_STD = np.radians(0.5)
+"""Standard deviation of a pose's heading, rad."""
+
+FRAMES_PER_SAMPLE = 6.0
+"""Neighbouring frames see the same steps from nearly the same place: so many count as one."""
+
+SYSTEMATIC_STD = 0.0010
+"""What no number of observations averages out of rise and run, m: sensor bias and uneven steps."""
+
+MIN_STEP_SHARE = 0.08
+"""A step counts when it was seen in this share of the observations of the best-seen step, at least twice."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedFlight:
+    """A flight and what it was made of.
+
+    Attributes
+    ----------
+    flight
+        The model.
+    members
+        (M,) indices of its observations.
+    num_confirmed_steps
+        Steps that were seen at least twice.
+    """
+
+    flight: Flight
+    members: IntArray
+    num_confirmed_steps: int
+
+
+def fit_flight(table: ObservationTable, placed: PlacedObservations, members: IntArray) -> FittedFlight:
+    """Fit one flight to some observations.
+
+    Parameters
+    ----------
+    table
+        All observations.
+    placed
+        The same, in the map.
+    members
+        (M,) indices of the flight's observations, M at least 1.
+    """
+    records = placed.records[members]
+    heading, heading_std = _mean_heading(placed.heading[members], records["heading_variance"])
+    rise, rise_std = _robust_mean(records["rise"], records["rise_variance"])
+    run, run_std = _robust_mean(records["run"], records["run_variance"])
+    axes = placed.in_axes(heading, members)
+    shift, start_s, start_z = _align(axes, records, rise, run)
+
+    is_member = np.zeros(len(placed), dtype=bool)
+    is_member[members] = True
+    position = np.zeros(len(placed), dtype=np.int64)
+    position[members] = np.arange(len(members))
+    edges = table.edges[is_member[table.edges["observation"]]]
+    owner = position[edges["observation"]]
+    index = edges["index"] + shift[owner]
+    lowest_index = int(index.min())
+    first, last = _step_range(index, shift, records, lowest_index)
+    left, right, left_bounded, right_bounded, width_std = _extent(edges, axes[owner, 1])
+
+    forward_std = _mean_std(axes[:, 0] - shift * run, records["forward_variance"] + POSE_STD**2)
+    up_std = _mean_std(axes[:, 2] - shift * rise, records["up_variance"] + POSE_STD**2)
+    left_std = _mean_std(axes[:, 1], np.full(len(axes), POSE_STD**2))
+    cosine, sine = np.cos(heading), np.sin(heading)
+    middle = (left + right) / 2
+
+    def in_map(s: float, t: float, z: float) -> Float64Array:
+        return np.array([s * cosine - t * sine, s * sine + t * cosine, z])
+
+    base = in_map(start_s + first * run, middle, start_z + (first - 1) * rise)
+    steps = []
+    num_confirmed = 0
+    offsets_s = edges["forward"] - edges["index"] * records["run"][owner]
+    offsets_z = edges["up"] - edges["index"] * records["rise"][owner]
+    for step in range(first, last + 1):
+        mine = index == step
+        count = int(np.count_nonzero(mine))
+        num_confirmed += count >= 2
+        ds = float(np.median(offsets_s[mine])) if count else 0.0
+        dz = float(np.median(offsets_z[mine])) if count else 0.0
+        s, z = start_s + step * run + ds, start_z + step * rise + dz
+        steps.append(Step(nosing=np.array([in_map(s, left, z), in_map(s, right, z)]), num_observations=count))
+    pitch = np.arctan2(rise, run)
+    pitch_std = np.hypot(rise_std * np.cos(pitch), run_std * np.sin(pitch)) / np.hypot(rise, run)
+    flight = Flight(
+        base=base,
+        heading=heading,
+        rise=rise,
+        run=run,
+        width=max(left - right, 1e-3),
+        num_risers=last - first + 1,
+        left_bounded=left_bounded,
+        right_bounded=right_bounded,
+        std=FlightStd(
+            rise=rise_std,
+            run=run_std,
+            width=width_std,
+            pitch=float(pitch_std),
+            heading=heading_std,
+            base=np.array(
+                [
+                    np.hypot(forward_std * cosine, left_std * sine),
+                    np.hypot(forward_std * sine, left_std * cosine),
+                    up_std,
+                ]
+            ),
+        ),
+        steps=tuple(steps),
+    )
+    return FittedFlight(flight=flight, members=members, num_confirmed_steps=num_confirmed)
+
+
+def _mean_heading(headings: Float64Array, variances: Float64Array) -> tuple[float, float]:
+    reference = float(headings[int(np.argmin(variances))])
+    offsets = (headings - reference + np.pi) % (2 * np.pi) - np.pi
+    total = variances + POSE_HEADING_STD**2
+    weights = 1.0 / total
+    mean = float(np.average(offsets, weights=weights))
+    return wrapped_angle(reference + mean), _mean_std(offsets, total)
+
+
+def _robust_mean(values: Float64Array, variances: Float64Array) -> tuple[float, float]:
+    """Mean weighted by variance, outliers beyond two sigma held back (Huber), and its std."""
+    total = variances + SYSTEMATIC_STD**2
+    mean = float(np.average(values, weights=1.0 / total))
+    for _ in range(3):
+        deviation = np.abs(values - mean) / np.sqrt(total)
+        weights = np.minimum(1.0, 2.0 / np.maximum(deviation, 1e-9)) / total
+        mean = float(np.average(values, weights=weights))
+    return mean, float(np.hypot(_mean_std(values, total), SYSTEMATIC_STD))
+
+
+def _mean_std(values: Float64Array, variances: Float64Array) -> float:
+    """Standard deviation of a weighted mean of correlated values, from their stated or seen spread."""
+    weights = 1.0 / variances
+    mean = np.average(values, weights=weights)
+    samples = max(len(values) / FRAMES_PER_SAMPLE, 1.0)
+    stated = len(values) / float(weights.sum())
+    seen = float(np.average((values - mean) ** 2, weights=weights))
+    return float(np.sqrt(max(stated, seen) / samples))
+
+
+def _align(
+    axes: Float64Array, records: np.ndarray[tuple[int], np.dtype[np.void]], rise: float, run: float
+) -> tuple[IntArray, float, float]:
+    """Index shift of each observation and where the common nosing 0 lies: (shift, s, z)."""
+    weights = 1.0 / (records["forward_variance"] + records["up_variance"] + POSE_STD**2)
+    reference = axes[int(np.argmax(weights * records["num_steps"]))]
+    start_s, start_z = float(reference[0]), float(reference[2])
+    shift = np.zeros(len(axes), dtype=np.int64)
+    for _ in range(2):
+        along, up = axes[:, 0] - start_s, axes[:, 2] - start_z
+        shift = np.rint((along * run + up * rise) / (run**2 + rise**2)).astype(np.int64)
+        start_s = float(np.average(axes[:, 0] - shift * run, weights=weights))
+        start_z = float(np.average(axes[:, 2] - shift * rise, weights=weights))
+    return shift, start_s, start_z
+
+
+def _step_range(
+    index: IntArray,
+    shift: IntArray,
+    records: np.ndarray[tuple[int], np.dtype[np.void]],
+    lowest: int,
+) -> tuple[int, int]:
+    """First and last step: those seen often enough, ended by the floor and the landing where these were seen."""
+    counts = np.bincount(index - lowest)
+    needed = max(2 if len(records) > 1 else 1, MIN_STEP_SHARE * counts.max())
+    often = np.flatnonzero(counts >= needed)
+    if len(often) == 0:
+        often = np.flatnonzero(counts)
+    first, last = int(often[0]) + lowest, int(often[-1]) + lowest
+    ends = (
+        (records["floor_seen"], shift, 1),
+        (records["top_seen"], shift + records["num_steps"] - 1, -1),
+    )
+    for was_seen, at, direction in ends:
+        if np.count_nonzero(was_seen) < 2:
+            continue
+        votes = np.bincount(at[was_seen] - at[was_seen].min())
+        place = int(np.argmax(votes)) + int(at[was_seen].min())
+        if votes.max() < 0.5 * np.count_nonzero(was_seen):
+            continue
+        if direction > 0 and first <= place <= last:
+            first = place
+        elif direction < 0 and first <= place <= last:
+            last = place
+    return first, last
+
+
+def _extent(
+    edges: np.ndarray[tuple[int], np.dtype[np.void]], left_of_axis: Float64Array
+) -> tuple[float, float, bool, bool, float]:
+    """Left and right end of the flight, whether each was seen, and the standard deviation of the width."""
+    left, right = edges["left"] + left_of_axis, edges["right"] + left_of_axis
+    both = edges["left_bounded"] & edges["right_bounded"]
+    if np.count_nonzero(both) >= max(3, 0.1 * len(edges)):
+        widths = (edges["left"] - edges["right"])[both]
+        width, middle = float(np.median(widths)), float(np.median((left + right)[both])) / 2
+        spread = 1.48 * float(np.median(np.abs(widths - width)))
+        return (
+            middle + width / 2,
+            middle - width / 2,
+            True,
+            True,
+            float(np.hypot(0.005, spread / np.sqrt(max(len(widths) / 60.0, 1.0)))),
+        )
+    ends = []
+    for values, bounded, sign in (
+        (left, edges["left_bounded"], 1.0),
+        (right, edges["right_bounded"], -1.0),
+    ):
+        is_seen = np.count_nonzero(bounded) >= max(3, 0.1 * len(edges))
+        end = np.median(values[bounded]) if is_seen else sign * np.percentile(sign * values, 90)
+        ends.append((float(end), bool(is_seen)))
+    return ends[0][0], ends[1][0], ends[0][1], ends[1][1], 0.03

@@ -1,0 +1,116 @@
+"""The default modeler: observations and a trajectory in, stairways out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stairmap.arrays import IntArray
+from stairmap.config import Config
+from stairmap.detection.observation import StairObservation
+from stairmap.modeling.association import find_flights
+from stairmap.modeling.fitting import FittedFlight, fit_flight
+from stairmap.modeling.landings import join_flights, make_landing
+from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
+from stairmap.stairway import Stairway
+from stairmap.trajectory import Trajectory
+
+MIN_CONFIRMED_STEPS = 3
+"""A stairway is reported when so many of its steps were seen at least twice."""
+
+
+class StairwayMapper:
+    """Models every stairway of a map.
+
+    Observations stay in the camera frame. Each query places them by the trajectory it is given,
+    groups them into flights, and fits these; so a loop closure moves every stairway, and two that
+    drift had torn apart become one again. Ids stay with the observations.
+
+    Parameters
+    ----------
+    config
+        Uses the section ``modeling``.
+    """
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._table = ObservationTable()
+        self._ids: IntArray = np.zeros(0, dtype=np.int64)
+        self._next_id = 1
+
+    def add(self, observation: StairObservation) -> None:
+        """Take in one observation, at a cost that does not depend on how many came before."""
+        if observation.edges:
+            self._table.add(observation)
+
+    def stairways(self, trajectory: Trajectory) -> tuple[Stairway, ...]:
+        """Return the confirmed stairways as a trajectory places them, by id.
+
+        A flight is confirmed by ``modeling.min_observations`` observations and three steps that
+        were each seen twice.
+
+        Parameters
+        ----------
+        trajectory
+            Poses of the camera; observations without a pose in it are left out.
+        """
+        if len(self._table) == 0:
+            return ()
+        stamps = self._table.observations["stamp_ns"]
+        known = np.flatnonzero(trajectory.has_pose(stamps))
+        if len(known) == 0:
+            return ()
+        poses = np.tile(np.eye(4), (len(stamps), 1, 1))
+        poses[known] = trajectory.poses_at(stamps[known])
+        placed = PlacedObservations(self._table, poses)
+        groups = find_flights(placed, known)
+        fitted = []
+        for members in groups:
+            if len(members) < self._config.modeling.min_observations:
+                continue
+            flight = fit_flight(self._table, placed, members)
+            if flight.num_confirmed_steps >= MIN_CONFIRMED_STEPS:
+                fitted.append(flight)
+        return self._make_stairways(fitted)
+
+    def _make_stairways(self, fitted: list[FittedFlight]) -> tuple[Stairway, ...]:
+        """Join flights, give each stairway its id."""
+        stamps = self._table.observations["stamp_ns"]
+        previous = np.zeros(len(self._table), dtype=np.int64)
+        previous[: len(self._ids)] = self._ids
+        self._ids = np.zeros(len(self._table), dtype=np.int64)
+        taken: set[int] = set()
+        stairways = []
+        chains = join_flights([item.flight for item in fitted])
+        chains.sort(key=lambda chain: min(int(fitted[index].members[0]) for index in chain))
+        for chain in chains:
+            members = np.concatenate([fitted[index].members for index in chain])
+            stairway_id = self._id_of(previous[members], taken)
+            taken.add(stairway_id)
+            self._ids[members] = stairway_id
+            flights = tuple(fitted[index].flight for index in chain)
+            stairways.append(
+                Stairway(
+                    id=stairway_id,
+                    flights=flights,
+                    landings=tuple(
+                        make_landing(lower, upper) for lower, upper in zip(flights, flights[1:], strict=False)
+                    ),
+                    num_observations=len(members),
+                    first_seen_ns=int(stamps[members].min()),
+                    last_seen_ns=int(stamps[members].max()),
+                )
+            )
+        return tuple(sorted(stairways, key=lambda stairway: stairway.id))
+
+    def _id_of(self, previous: IntArray, taken: set[int]) -> int:
+        """The id that most of these observations had before, or a new one."""
+        counts = np.bincount(previous, minlength=1)
+        counts[0] = 0
+        for candidate in np.argsort(-counts):
+            if counts[candidate] == 0:
+                break
+            if int(candidate) not in taken:
+                return int(candidate)
+        new_id = self._next_id
+        self._next_id += 1
+        return new_id
