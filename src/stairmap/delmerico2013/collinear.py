@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask
+from stairmap.delmerico2013.lines import left_to_right
 
 MERGE_SLOPE = 0.25
 MERGE_INTERCEPT = 10.0
@@ -24,8 +25,8 @@ def merge_collinear_lines(lines: Float64Array) -> Float64Array:
       the whole line, so that an edge that the Hough transform broke in two becomes one line again. With
       segments, 21 of 40 rendered staircases with Kinect noise were left with fewer than 10 shared
       columns, with whole lines 2. The price: floor on both sides of a stairway can be joined through it;
-    * what comes of a merge: all lines that are joined by a chain of such pairs become one, between the
-      two of their ends that lie farthest apart along the longest of them. This needs no order of merging.
+    * what comes of a merge: all lines that are joined by a chain of such pairs become the line of least
+      squares through their pixels, as long as they reach along it. This needs no order of merging.
 
     Parameters
     ----------
@@ -39,22 +40,32 @@ def merge_collinear_lines(lines: Float64Array) -> Float64Array:
     if len(lines) < 2:
         return lines
     groups = _smallest_connected_index(_mergeable(lines))
-    lengths = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
-    by_length = np.argsort(lengths, kind="stable")
-    longest = np.zeros(len(lines), dtype=np.int64)
-    longest[groups[by_length]] = by_length
-    along = (lines[:, 2:] - lines[:, :2])[longest[groups]]
+    _, groups = np.unique(groups, return_inverse=True)
+    return left_to_right(_lines_through(lines, groups))
+
+
+def _lines_through(lines: Float64Array, groups: IntArray) -> Float64Array:
+    """(M, 4) lines of least squares through the lines of each of M groups, as far as they reach.
+
+    A segment weighs as its pixels do: by its length, and with the variance of evenly spread pixels.
+    """
     ends = lines.reshape(-1, 2, 2)
-    position = np.einsum("ijk,ik->ij", ends, along).ravel()
-    group_of_end = np.repeat(groups, 2)
-    order = np.lexsort([position, group_of_end])
-    change = np.flatnonzero(np.diff(group_of_end[order]))
-    starts, stops = np.append(0, change + 1), np.append(change, len(order) - 1)
-    flat = ends.reshape(-1, 2)
-    merged = np.concatenate([flat[order[starts]], flat[order[stops]]], axis=1)
-    swapped = merged[:, 0] > merged[:, 2]
-    merged[swapped] = merged[swapped][:, [2, 3, 0, 1]]
-    return merged
+    delta, middles = ends[:, 1] - ends[:, 0], ends.mean(axis=1)
+    weights = np.hypot(delta[:, 0], delta[:, 1]) + 1
+    totals = np.bincount(groups, weights)
+    centers = np.stack([np.bincount(groups, weights * axis) for axis in middles.T], axis=1) / totals[:, None]
+    offsets = middles - centers[groups]
+    squares = [
+        np.bincount(groups, weights * (offsets[:, i] * offsets[:, j] + delta[:, i] * delta[:, j] / 12))
+        for i, j in ((0, 0), (0, 1), (1, 1))
+    ]
+    angles = np.arctan2(2 * squares[1], squares[0] - squares[2]) / 2
+    along = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    positions = np.einsum("ijk,ik->ij", ends - centers[groups, None], along[groups])
+    first, last = np.full(len(totals), np.inf), np.full(len(totals), -np.inf)
+    np.minimum.at(first, groups, positions.min(axis=1))
+    np.maximum.at(last, groups, positions.max(axis=1))
+    return np.concatenate([centers + first[:, None] * along, centers + last[:, None] * along], axis=1)
 
 
 def _mergeable(lines: Float64Array) -> Mask:

@@ -86,10 +86,13 @@ def find_candidate_lines(edges: GreyImage) -> Float64Array:
     )
     if found is None:
         return np.empty((0, 4))
-    lines = np.asarray(found, dtype=np.float64).reshape(-1, 4)
-    swapped = lines[:, 0] > lines[:, 2]
-    lines[swapped] = lines[swapped][:, [2, 3, 0, 1]]
-    return lines
+    return left_to_right(np.asarray(found, dtype=np.float64).reshape(-1, 4))
+
+
+def left_to_right(lines: Float64Array) -> Float64Array:
+    """Return (N, 4) lines with their left end first, and the upper one of vertical lines."""
+    swapped = (lines[:, 0] > lines[:, 2]) | ((lines[:, 0] == lines[:, 2]) & (lines[:, 1] > lines[:, 3]))
+    return np.asarray(np.where(swapped[:, None], lines[:, [2, 3, 0, 1]], lines))
 
 
 def select_dominant_slope(lines: Float64Array) -> Float64Array:

@@ -38,16 +38,17 @@ class FlightModel:
 def fit_flight(points: Points, plane: Float64Array, *, min_points: int) -> FlightModel | Rejection:
     """Infer box, step dimensions and position from the cloud of stair edges.
 
-    The box is level and turned so that its front faces down the plane; its height H, width W and depth D
-    are the extent of all points (line 9, eqs. 2-4). The cross-section (line 10) is the vertical plane
-    through the box's centre along the direction of ascent: it is orthogonal to the inclined plane
-    and to the stair edges. Adjacent clusters of enough points give the step dimensions (lines 11-13).
+    The box is level and turned so that its front faces down the plane; its width W is the extent of all
+    points (line 9, eqs. 2-4). The cross-section (line 10) is the vertical plane through the box's centre
+    along the direction of ascent: it is orthogonal to the inclined plane and to the stair edges.
+    Adjacent clusters of enough points give the step dimensions (lines 11-13).
 
     The report's model is box, plane and (h, d). What ``Flight`` asks beyond it follows from them:
 
-    * Nosing k lies at the lowest cluster's centroid plus k times (run, rise), where k covers the box's
-      height to the nearest whole number of rises. So edges of too few points at either end are risers, too.
-    * The foot of the first riser lies one rise below the lowest nosing, in the middle of the box's width.
+    * There is a riser for each well-supported cluster, as the report has "stair edges wherever there are
+      well-supported clusters". The box's height is no guide to their number: one stray point in the
+      plane lengthens it. ``Flight.box`` follows from the risers, too.
+    * The foot of the first riser lies one rise below the lowest cluster, in the middle of the box's width.
     * The method estimates no uncertainty. The deviations given are spreads, see ``_spreads``.
 
     Parameters
@@ -82,15 +83,8 @@ def fit_flight(points: Points, plane: Float64Array, *, min_points: int) -> Fligh
     for rule, value in (("min_rise", rise), ("min_run", run)):
         if value <= 0:
             return Rejection(rule=rule, measured=value, limit=0.0, unit="m")
-    low, high = section.min(axis=0), section.max(axis=0)
-    first_step, last_step = (round(float(z - centroids[0, 2]) / rise) for z in (low[2], high[2]))
-    base = np.array(
-        [
-            centroids[0, 0] + first_step * run,
-            (low[1] + high[1]) / 2,
-            centroids[0, 2] + (first_step - 1) * rise,
-        ]
-    )
+    right_side, left_side = section[:, 1].min(), section[:, 1].max()
+    base = np.array([centroids[0, 0], (right_side + left_side) / 2, centroids[0, 2] - rise])
     ends = np.array([(section[cluster, 1].max(), section[cluster, 1].min()) for cluster in clusters])
     nosings = np.repeat(centroids[:, None], 2, axis=1)
     nosings[..., 1] = ends
@@ -100,8 +94,8 @@ def fit_flight(points: Points, plane: Float64Array, *, min_points: int) -> Fligh
         heading=wrapped_angle(float(np.arctan2(forward[1], forward[0]))),
         rise=rise,
         run=run,
-        width=float(high[1] - low[1]),
-        num_risers=last_step - first_step + 1,
+        width=float(left_side - right_side),
+        num_risers=len(clusters),
         left_bounded=False,
         right_bounded=False,
         std=_spreads(section, clusters, map_from_section, plane_distances(plane, points), plane_pitch),
