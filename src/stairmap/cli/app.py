@@ -1,0 +1,52 @@
+"""The ``stairmap`` command: its subcommands and what is common to all of them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+import stairmap
+from stairmap.cli.commands.config import config
+from stairmap.cli.commands.demo import demo
+from stairmap.cli.commands.detect import detect
+from stairmap.cli.commands.inspect import inspect
+from stairmap.cli.commands.run import run
+from stairmap.cli.commands.simulate import simulate
+from stairmap.cli.exits import CommandGroup
+
+app = typer.Typer(
+    cls=CommandGroup,
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="""Find stairways in depth recordings and model each one as a whole.
+
+\b
+Examples:
+  stairmap demo                   a simulated robot at a known stairway
+  stairmap run my_recording       the stairways in the map, with a report
+  stairmap detect my_recording    each frame by itself, no poses needed
+""",
+    epilog="Exit code: 0 ran (also without a stairway), 1 error, 2 wrong usage, 130 or 143 interrupted.",
+)
+for command in (run, detect, inspect, demo, simulate, config):
+    app.command()(command)
+
+
+def _print_version(is_asked: bool) -> None:
+    if is_asked:
+        typer.echo(f"stairmap {stairmap.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _stairmap(
+    *,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
+    ] = False,
+) -> None:
+    pass

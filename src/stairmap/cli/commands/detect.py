@@ -1,0 +1,57 @@
+"""Options of ``stairmap detect``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from stairmap.cli.options import (
+    OUTPUT,
+    ConfigOption,
+    DebugOption,
+    JsonOption,
+    Method,
+    MethodOption,
+    OutputOption,
+    RecordingArgument,
+    SetOption,
+    TrajectoryOption,
+    UpOption,
+    method_request,
+)
+from stairmap.cli.requests import DetectRequest
+
+
+def detect(
+    *,
+    recording: RecordingArgument,
+    trajectory: TrajectoryOption = None,
+    up: UpOption = None,
+    method: MethodOption = Method.stairmap,
+    config: ConfigOption = None,
+    overrides: SetOption = None,
+    output: OutputOption = None,
+    no_overlays: Annotated[
+        bool, typer.Option("--no-overlays", help="Draw no picture of each frame.", rich_help_panel=OUTPUT)
+    ] = False,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Look at each frame by itself. Needs no poses; where there are some, they tell up.
+
+    \b
+    Examples:
+      stairmap detect my_recording
+      stairmap detect my_recording --up=auto -o results/hall
+      stairmap detect my_recording --method delmerico2013 --no-overlays
+    """
+    from stairmap.cli.detect import detect_recording  # noqa: PLC0415
+
+    request = DetectRequest(
+        input=method_request(recording, trajectory, up, method=method, config=config, overrides=overrides),
+        output=output,
+        with_overlays=not no_overlays,
+        as_json=as_json,
+    )
+    raise typer.Exit(detect_recording(request))

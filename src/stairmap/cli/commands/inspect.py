@@ -1,0 +1,75 @@
+"""Options of ``stairmap inspect``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stairmap.cli.options import (
+    OUTPUT,
+    ConfigOption,
+    DebugOption,
+    JsonOption,
+    Method,
+    MethodOption,
+    RecordingArgument,
+    SetOption,
+    TrajectoryOption,
+    UpOption,
+    method_request,
+)
+from stairmap.cli.requests import InspectRequest
+
+
+def inspect(
+    *,
+    recording: RecordingArgument,
+    trajectory: TrajectoryOption = None,
+    up: UpOption = None,
+    frame: Annotated[
+        int | None,
+        typer.Option(
+            "--frame",
+            metavar="N",
+            help="Judge one frame, counted from 0, and tell all rules against a stairway.",
+            rich_help_panel=OUTPUT,
+            show_default=False,
+        ),
+    ] = None,
+    method: MethodOption = Method.stairmap,
+    config: ConfigOption = None,
+    overrides: SetOption = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="PNG that shows how the method came to its result in that frame.",
+            rich_help_panel=OUTPUT,
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Tell what a recording holds, or how one of its frames is judged.
+
+    \b
+    Examples:
+      stairmap inspect my_recording
+      stairmap inspect my_recording --frame 120 -o frame.png
+    """
+    from stairmap.cli.inspect import inspect_recording  # noqa: PLC0415
+
+    if output is not None and frame is None:
+        raise typer.BadParameter("--output draws one frame; say which with --frame N")
+    request = InspectRequest(
+        input=method_request(recording, trajectory, up, method=method, config=config, overrides=overrides),
+        frame_number=frame,
+        output=output,
+        as_json=as_json,
+    )
+    raise typer.Exit(inspect_recording(request))

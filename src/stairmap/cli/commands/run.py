@@ -1,0 +1,59 @@
+"""Options of ``stairmap run``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from stairmap.cli.options import (
+    OUTPUT,
+    ConfigOption,
+    DebugOption,
+    JsonOption,
+    Method,
+    MethodOption,
+    OutputOption,
+    RecordingArgument,
+    SetOption,
+    TrajectoryOption,
+    UpOption,
+    method_request,
+)
+from stairmap.cli.requests import RunRequest
+
+
+def run(
+    *,
+    recording: RecordingArgument,
+    trajectory: TrajectoryOption = None,
+    up: UpOption = None,
+    method: MethodOption = Method.stairmap,
+    config: ConfigOption = None,
+    overrides: SetOption = None,
+    output: OutputOption = None,
+    no_report: Annotated[
+        bool, typer.Option("--no-report", help="Write no report.html.", rich_help_panel=OUTPUT)
+    ] = False,
+    as_json: JsonOption = False,
+    debug: DebugOption = False,
+) -> None:
+    """Find the stairways of a recording and place them in the map.
+
+    \b
+    Examples:
+      stairmap run my_recording
+      stairmap run my_recording --trajectory slam.tum --up=-y -o results/hall
+      stairmap run my_recording --set envelope.max_rise=0.30 --json
+
+    Ctrl-C writes what was found so far.
+    """
+    from stairmap.cli.run import run_recording  # noqa: PLC0415
+
+    request = RunRequest(
+        input=method_request(recording, trajectory, up, method=method, config=config, overrides=overrides),
+        output=output,
+        with_report=not no_report,
+        as_json=as_json,
+    )
+    raise typer.Exit(run_recording(request))

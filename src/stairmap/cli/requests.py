@@ -1,0 +1,77 @@
+"""What commands were asked for, as values that cost nothing to import."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MethodRequest:
+    """Which method looks at which recording.
+
+    Attributes
+    ----------
+    recording
+        Path of the recording.
+    trajectory
+        File with poses to use instead of its own.
+    up
+        Axis of the map that points up, or ``auto``; see ``open_recording``.
+    method
+        A key of ``stairmap.pipeline.METHODS``.
+    config_file, overrides
+        See ``load_config``.
+    """
+
+    recording: Path
+    trajectory: Path | None = None
+    up: str | None = None
+    method: str = "stairmap"
+    config_file: Path | None = None
+    overrides: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunRequest:
+    """What ``stairmap run`` was asked for."""
+
+    input: MethodRequest
+    output: Path | None
+    with_report: bool
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DetectRequest:
+    """What ``stairmap detect`` was asked for."""
+
+    input: MethodRequest
+    output: Path | None
+    with_overlays: bool
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InspectRequest:
+    """What ``stairmap inspect`` was asked for; without a frame's number, the whole recording."""
+
+    input: MethodRequest
+    frame_number: int | None
+    output: Path | None
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulateRequest:
+    """What ``stairmap simulate`` was asked for; without a number of frames, at the robot's speed."""
+
+    scene: str
+    output: Path
+    sensor: str
+    robot: str
+    factor: float
+    seed: int
+    num_frames: int | None
+    has_odometry_error: bool
+    buildings: Path | None

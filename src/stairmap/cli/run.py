@@ -1,0 +1,97 @@
+"""``stairmap run``: the stairways of a recording."""
+
+from __future__ import annotations
+
+import json
+
+import typer
+
+import stairmap
+from stairmap.cli.interrupts import Interrupt, noted_interrupts
+from stairmap.cli.level_map import LevelMap, find_level_map
+from stairmap.cli.progress import counted
+from stairmap.cli.requests import RunRequest
+from stairmap.cli.run_loop import RunLoop, RunOutcome
+from stairmap.config import load_config
+from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
+from stairmap.export.summary import format_table
+from stairmap.recordings.base import RecordingProblems
+from stairmap.recordings.open import open_recording
+
+
+def run_recording(request: RunRequest) -> int:
+    """Find the stairways of a recording, write the run folder, print a table; return the exit code.
+
+    Raises
+    ------
+    StairmapError
+        If the recording, its poses or the output folder cannot be used.
+    """
+    given = request.input
+    config = load_config(given.config_file, given.overrides)
+    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up)
+    level_map = find_level_map(recording, given.up, max_depth=config.detection.max_depth)
+    loop = RunLoop(recording, level_map.trajectory, config=config, method=given.method)
+    with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
+        folder.log(f"stairmap {stairmap.__version__} run {given.recording} --method {given.method}")
+        loop.process_frames(folder, interrupt)
+        if interrupt:
+            typer.echo("interrupted: writing what there is so far; once more to stop at once", err=True)
+        outcome = loop.outcome()
+        problems = _describe_problems(recording.problems, level_map, interrupt, outcome)
+        loop.write_results(folder, outcome, problems)
+        notes = list(problems)
+        if request.with_report:
+            missing = loop.write_report(folder, outcome, problems)
+            notes += [missing] if missing else []
+        for line in notes:
+            folder.log(line)
+            typer.echo(line, err=True)
+        if request.as_json:
+            typer.echo(_format_json(folder, outcome, level_map, problems, interrupt))
+        else:
+            typer.echo(_format_text(folder, outcome))
+        return interrupt.exit_code
+
+
+def _describe_problems(
+    problems: RecordingProblems, level_map: LevelMap, interrupt: Interrupt, outcome: RunOutcome
+) -> tuple[str, ...]:
+    lines = [] if level_map.note is None else [level_map.note]
+    lines += problems.to_lines()
+    if interrupt:
+        lines.append(f"the run was interrupted after {counted(outcome.num_frames, 'frame')}")
+    return tuple(lines)
+
+
+def _format_text(folder: RunFolder, outcome: RunOutcome) -> str:
+    lines = [
+        f"{counted(outcome.num_frames, 'frame')}, stair edges seen in {outcome.num_detections}",
+        "",
+        format_table(outcome.stairways).rstrip("\n"),
+        "",
+    ]
+    if not outcome.stairways and outcome.reasons:
+        lines += ["why frames gave no stairway:", *(f"  {reason}" for reason in outcome.reasons), ""]
+    return "\n".join([*lines, str(folder.path)])
+
+
+def _format_json(
+    folder: RunFolder,
+    outcome: RunOutcome,
+    level_map: LevelMap,
+    problems: tuple[str, ...],
+    interrupt: Interrupt,
+) -> str:
+    values = {
+        "output": str(folder.path),
+        "interrupted": bool(interrupt),
+        "num_frames": outcome.num_frames,
+        "num_detections": outcome.num_detections,
+        "num_frames_without_pose": outcome.num_without_pose,
+        "map_from_recorded": level_map.map_from_recorded.tolist(),
+        "stairways": [stairway.to_dict() for stairway in outcome.stairways],
+        "reasons": list(outcome.reasons),
+        "problems": list(problems),
+    }
+    return json.dumps(null_for_nan(values), indent=1, allow_nan=False)

@@ -1,0 +1,150 @@
+"""One method over one recording: frames through the pipeline, what comes of it into a run folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stairmap.cli.interrupts import Interrupt
+from stairmap.cli.numbered_frames import numbered_frames
+from stairmap.cli.progress import FrameProgress, counted
+from stairmap.config import Config, dump_config
+from stairmap.errors import MissingPackageError
+from stairmap.export.results import RunFolder
+from stairmap.export.summary import format_summary
+from stairmap.pipeline import StairwayPipeline
+from stairmap.recordings.base import Recording
+from stairmap.stairway import Stairway
+from stairmap.trajectory import Trajectory
+from stairmap.visualization.collecting import ReportCollector
+from stairmap.visualization.report import render_report, report_data
+
+FindReferences = Callable[[Sequence[Stairway]], Mapping[int, Mapping[str, float]]]
+"""Gives the true measures of stairways by their id, where they are known."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOutcome:
+    """What came of a run.
+
+    Attributes
+    ----------
+    stairways
+        The stairways found.
+    num_frames, num_detections, num_without_pose
+        Frames looked at, those with stair edges, and those left out because they have no pose.
+    reasons
+        Why frames had no stair edges, most frequent first.
+    """
+
+    stairways: tuple[Stairway, ...]
+    num_frames: int
+    num_detections: int
+    num_without_pose: int
+    reasons: tuple[str, ...]
+
+
+class RunLoop:
+    """Runs one method over one recording.
+
+    Parameters
+    ----------
+    recording
+        Where frames come from; it has been found to have poses.
+    trajectory
+        Poses in a level map.
+    config, method
+        See ``StairwayPipeline``.
+
+    Raises
+    ------
+    RecordingError
+        If no image can be read.
+    """
+
+    def __init__(self, recording: Recording, trajectory: Trajectory, *, config: Config, method: str) -> None:
+        self._recording, self._trajectory = recording, trajectory
+        self._config, self._method = config, method
+        self._pipeline = StairwayPipeline(config, method=method)
+        self._collector = ReportCollector()
+        self._num_without_pose = 0
+        self._frames = numbered_frames(recording)
+
+    def process_frames(self, folder: RunFolder | None, interrupt: Interrupt) -> None:
+        """Look at frames until they end or an interrupt comes, and write ``detections.jsonl`` meanwhile."""
+        num_stairways = 0
+        with FrameProgress(self._recording.num_frames) as progress:
+            for _, frame in self._frames:
+                if interrupt:
+                    return
+                if not self._trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
+                    self._num_without_pose += 1
+                    progress.advance(counted(num_stairways, "stairway"))
+                    continue
+                map_from_camera = self._trajectory.pose_at(frame.stamp_ns)
+                detection = self._pipeline.process(frame, map_from_camera)
+                self._collector.add(frame, detection, map_from_camera)
+                if folder is not None:
+                    folder.append_detection(detection)
+                if self._collector.convergence.is_due(self._collector.num_observations):
+                    stairways = self._pipeline.stairways()
+                    self._collector.convergence.add(stairways, self._collector.num_observations)
+                    num_stairways = len(stairways)
+                progress.advance(counted(num_stairways, "stairway"))
+
+    def outcome(self) -> RunOutcome:
+        """Return what came of the frames so far."""
+        return RunOutcome(
+            stairways=self._pipeline.stairways(),
+            num_frames=self._collector.num_frames,
+            num_detections=self._collector.num_detections,
+            num_without_pose=self._num_without_pose,
+            reasons=tuple(str(rule) for rule in self._collector.rule_statistics()),
+        )
+
+    def write_results(self, folder: RunFolder, outcome: RunOutcome, problems: Sequence[str]) -> None:
+        """Write everything but the report, the result itself first."""
+        folder.write_stairways(
+            outcome.stairways, num_frames=outcome.num_frames, frame_id=self._recording.frame_id
+        )
+        if outcome.num_frames:
+            folder.write_trajectory(self._pipeline.trajectory())
+        folder.write_config(self._config)
+        folder.write_mesh(outcome.stairways)
+        folder.write_summary(
+            format_summary(
+                outcome.stairways,
+                num_frames=outcome.num_frames,
+                num_detections=outcome.num_detections,
+                reasons=outcome.reasons,
+                problems=problems,
+            )
+        )
+
+    def write_report(
+        self,
+        folder: RunFolder,
+        outcome: RunOutcome,
+        problems: Sequence[str],
+        *,
+        find_references: FindReferences | None = None,
+    ) -> str | None:
+        """Write ``report.html``; return a sentence instead if a package for it is missing."""
+        data = report_data(
+            self._collector,
+            recording_name=self._recording.name,
+            method=self._method,
+            stairways=outcome.stairways,
+            trajectory=self._pipeline.trajectory() if outcome.num_frames else None,
+            config_yaml=dump_config(self._config),
+            problems=problems,
+            references=None if find_references is None else find_references(outcome.stairways),
+            detector=self._pipeline.detector,
+        )
+        try:
+            folder.write_report(render_report(data))
+        except MissingPackageError as error:
+            return f"report.html was left out: {error}"
+        return None

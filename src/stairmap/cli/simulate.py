@@ -1,0 +1,58 @@
+"""``stairmap simulate``: a recording of a stairway whose dimensions are known."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import typer
+
+from stairmap.cli.progress import FrameProgress
+from stairmap.cli.requests import SimulateRequest
+from stairmap.simulation.odometry import PERFECT_ODOMETRY
+from stairmap.simulation.recording import write_simulation
+from stairmap.simulation.robots import ROBOTS
+from stairmap.simulation.scenes import BUILDING_PREFIX, SCENE_GROUPS, SCENES, make_scene
+from stairmap.simulation.sensors import SENSORS, make_sensor
+
+
+def describe_scenes() -> str:
+    """Return the names of all scenes, sensors and robots, one group a line."""
+    groups = {f"scenes, {group}": names for group, names in SCENE_GROUPS.items()}
+    groups |= {"sensors": tuple(SENSORS), "robots": tuple(ROBOTS)}
+    return "\n".join(f"{group}: {' '.join(names)}" for group, names in groups.items())
+
+
+def simulate_recording(request: SimulateRequest) -> int:
+    """Write a simulated recording and its truth; return the exit code.
+
+    Raises
+    ------
+    StairmapError
+        If a package is missing, the building cannot be read, or the folder cannot be written.
+    """
+    _check_choice("--sensor", request.sensor, SENSORS)
+    _check_choice("--robot", request.robot, ROBOTS)
+    if not request.scene.startswith(BUILDING_PREFIX):
+        _check_choice("SCENE", request.scene, SCENES)
+    try:
+        scene = make_scene(request.scene, request.seed, buildings=request.buildings)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    with FrameProgress(None) as progress:
+        folder = write_simulation(
+            request.output,
+            scene,
+            make_sensor(request.sensor, factor=request.factor),
+            ROBOTS[request.robot],
+            seed=request.seed,
+            num_frames=request.num_frames,
+            odometry=None if request.has_odometry_error else PERFECT_ODOMETRY,
+            on_frame=lambda _count, num_frames: progress.advance(num_frames=num_frames),
+        )
+    typer.echo(str(folder))
+    return 0
+
+
+def _check_choice(parameter: str, name: str, choices: Collection[str]) -> None:
+    if name not in choices:
+        raise typer.BadParameter(f"{parameter}: {name!r} is not one of {', '.join(sorted(choices))}")
