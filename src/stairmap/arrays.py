@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 Float64Array: TypeAlias = NDArray[np.float64]
 """Any float64 array."""
 
+Float32Array: TypeAlias = NDArray[np.float32]
+"""Any float32 array: per-pixel work."""
+
 Vector: TypeAlias = NDArray[np.float64]
 """(3,) float64."""
 

@@ -6,9 +6,11 @@ pictures in docs/method.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from stairmap.arrays import Float64Array, Points, Vector
+from stairmap.arrays import Points, Vector
 from stairmap.config import Config
 from stairmap.detection.candidates import Candidate, judge_candidate
 from stairmap.detection.crease_edges import find_creases
@@ -23,19 +25,23 @@ from stairmap.detection.jump_edges import find_riser_tops, find_tread_fronts
 from stairmap.detection.lattice import Lattice, find_lattices, group_nosings
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.detection.orientation import (
+    Heading,
     correct_up,
     estimate_up,
     find_headings,
     find_line_headings,
     level_axes,
 )
-from stairmap.detection.profile_segments import find_segments, label_cells
+from stairmap.detection.profile_segments import ProfileSegments, find_segments, label_cells
 from stairmap.detection.refinement import refine_lattice
 from stairmap.detection.tracing import trace_detection
 from stairmap.frame import DepthFrame
 
 MIN_VALID_SHARE = 0.02
 """A frame with a smaller share of measured pixels is not looked at."""
+
+MIN_DISTANCES = 4
+"""Once a stairway was found, other headings are tried only where surfaces stand at so many distances."""
 
 STRIP_NOISE = 0.25
 """Noise of a strip's cell relative to a pixel's: 16 pixels are averaged."""
@@ -97,7 +103,7 @@ class StairEdgeDetector:
         if not any(candidate.observation for candidate in candidates):
             others = find_line_headings(image, up, known=headings, max_headings=2)
             self._try_headings(image, surfaces, up, others, frame, candidates)
-            headings = np.append(headings, others)
+            headings = [*headings, *others]
         if len(headings) == 0:
             return (Rejection(rule="headings", measured=0, limit=1, unit="1"),)
         if not candidates:
@@ -112,46 +118,48 @@ class StairEdgeDetector:
         image: InverseDepthImage,
         surfaces: SurfaceNormals,
         up: Vector,
-        headings: Float64Array,
+        headings: Sequence[Heading],
         frame: DepthFrame,
         candidates: list[Candidate],
     ) -> None:
         """Look for stairways along each heading."""
         ahead, left = level_axes(up)
-        for angle in headings:
+        for angle, num_distances in headings:
+            if num_distances < MIN_DISTANCES and any(candidate.observation for candidate in candidates):
+                continue
             forward = np.cos(angle) * ahead + np.sin(angle) * left
             elevation = make_elevation(image, up, forward)
             if elevation is None:
                 continue
-            for lattice, ends in self._find_lattices(elevation, surfaces.noise):
-                if len(lattice.indices) < 2:
-                    continue
-                columns = strip_columns(image.camera.width, lattice.strips, margin=1)
-                refined = refine_lattice(
-                    image, lattice, up, forward, ends, noise=surfaces.noise, columns=columns
-                )
-                candidates.append(judge_candidate(image, lattice, refined, frame.stamp_ns, self._config))
-                if candidates[-1].observation is not None:
-                    # One heading, one stairway in view: what else repeats along it is its mirror.
+            noise = STRIP_NOISE * surfaces.noise
+            segments = find_segments(elevation, label_cells(elevation, noise=noise), noise=noise)
+            for view_sign in (1, -1):
+                found = self._find_lattices(elevation, segments, noise, view_sign)
+                for lattice, ends in found:
+                    columns = strip_columns(image.camera.width, lattice.strips, margin=1)
+                    refined = refine_lattice(
+                        image, lattice, up, forward, ends, noise=surfaces.noise, columns=columns
+                    )
+                    candidates.append(judge_candidate(image, lattice, refined, frame.stamp_ns, self._config))
+                if candidates and candidates[-1].observation is not None:
                     break
 
-    def _find_lattices(self, elevation: Elevation, noise: float) -> list[tuple[Lattice, Points]]:
-        """Lattices along one heading, ascending views first, each with the jumps that lie in its strips."""
-        strip_noise = STRIP_NOISE * noise
-        segments = find_segments(elevation, label_cells(elevation), noise=strip_noise)
+    def _find_lattices(
+        self, elevation: Elevation, segments: ProfileSegments, noise: float, view_sign: int
+    ) -> list[tuple[Lattice, Points]]:
+        """Lattices along one heading and view, each with the jumps that lie in its strips."""
         creases, in_crease = find_creases(segments)
-        tops = find_riser_tops(elevation, segments, in_crease[:, 0])
-        num_strips = elevation.inverse_distance.shape[1]
+        fronts = find_tread_fronts(elevation, segments, in_crease[:, 1], view_sign=view_sign)
+        if view_sign > 0:
+            ends = np.concatenate([find_riser_tops(elevation, segments, in_crease[:, 0]), fronts])
+            nosings = np.concatenate([creases, ends])
+        else:
+            ends = nosings = fronts
+        groups = group_nosings(nosings, num_strips=elevation.inverse_distance.shape[1], noise=noise)
         found = []
-        for view_sign in (1, -1):
-            fronts = find_tread_fronts(elevation, segments, in_crease[:, 1], view_sign=view_sign)
-            ends = np.concatenate([tops, fronts]) if view_sign > 0 else fronts
-            nosings = np.concatenate([creases, ends]) if view_sign > 0 else fronts
-            groups = group_nosings(nosings, num_strips=num_strips, noise=strip_noise)
-            lattices = find_lattices(groups, self._config.envelope, view_sign=view_sign, noise=strip_noise)
-            for lattice in lattices:
-                mine = ends[lattice.strips[ends[:, 2].astype(np.int64)]]
-                found.append((lattice, lateral_positions(elevation, mine)))
+        for lattice in find_lattices(groups, self._config.envelope, view_sign=view_sign, noise=noise):
+            mine = ends[lattice.strips[ends[:, 2].astype(np.int64)]]
+            found.append((lattice, lateral_positions(elevation, mine)))
         return found
 
 

@@ -58,8 +58,10 @@ def measure_extents(image: InverseDepthImage, lattice: RefinedLattice) -> StepEx
         cell = ((t - start) / bin_width).astype(np.int64)
         counts = np.bincount(index * num_bins + cell, footprint, minlength=num_nosings * num_bins)
         counts = counts.reshape(num_nosings, num_bins)
-        for nosing in np.flatnonzero(np.bincount(index, minlength=num_nosings) >= 6):
-            ends = _find_ends(counts[nosing], round(MAX_BRIDGE / bin_width))
+        smooth, plateau = _plateaus(counts)
+        enough = (np.bincount(index, minlength=num_nosings) >= 6) & (plateau > 0)
+        for nosing in np.flatnonzero(enough):
+            ends = _find_ends(smooth[nosing], float(plateau[nosing]), round(MAX_BRIDGE / bin_width))
             if ends is not None:
                 right[nosing], left[nosing] = start + bin_width * ends[0], start + bin_width * ends[1]
     left_bounded = _is_bounded(image, lattice, left, side=1)
@@ -84,12 +86,21 @@ def _footprints(lattice: RefinedLattice, limit: float) -> Float64Array:
     return np.asarray(np.clip(sign * steps, -bound, bound), dtype=np.float64)
 
 
-def _find_ends(counts: Float64Array, max_gap: int) -> tuple[float, float] | None:
+def _plateaus(counts: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Smooth the (num_nosings, num_bins) counts and return them with the level of a filled bin of each."""
+    smooth = 0.5 * counts
+    smooth[:, 1:] += 0.25 * counts[:, :-1]
+    smooth[:, :-1] += 0.25 * counts[:, 1:]
+    descending = -np.sort(-smooth, axis=1)
+    rows = np.arange(len(counts))
+    num_positive = np.count_nonzero(descending > 0, axis=1)
+    high = descending[rows, num_positive // 10]
+    num_filled = np.count_nonzero(descending > 0.3 * high[:, None], axis=1)
+    return smooth, np.where(num_positive > 0, descending[rows, num_filled // 2], 0.0)
+
+
+def _find_ends(smooth: Float64Array, plateau: float, max_gap: int) -> tuple[float, float] | None:
     """Ends of the longest run of filled bins, in bins, to a fraction of one."""
-    smooth = np.convolve(counts, [0.25, 0.5, 0.25], mode="same")
-    if smooth.max() <= 0:
-        return None
-    plateau = float(np.median(smooth[smooth > 0.3 * np.percentile(smooth[smooth > 0], 90)]))
     filled = np.flatnonzero(smooth >= 0.5 * plateau)
     if len(filled) < 3:
         return None

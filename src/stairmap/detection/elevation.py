@@ -14,13 +14,15 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from stairmap.arrays import Float64Array, Mask, Points, Vector
+from stairmap.arrays import Float32Array, Float64Array, Mask, Points, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
 
 STRIP_WIDTH = 16
 """Columns of a strip, working pixels: wide enough to average noise, narrow against a stairway."""
+
+COLUMN_STEP = 2
+"""Every so many columns are sampled: eight of a strip's sixteen tell its median well enough."""
 
 MIN_FORWARD = 0.15
 """Rays with a smaller forward component (more than 81 degrees off the heading) are not used."""
@@ -42,9 +44,9 @@ class Elevation:
         Rows per unit of slope.
     """
 
-    slope: NDArray[np.float32]
-    inverse_distance: NDArray[np.float32]
-    lateral: NDArray[np.float32]
+    slope: Float32Array
+    inverse_distance: Float32Array
+    lateral: Float32Array
     row_density: float
 
     @property
@@ -68,12 +70,15 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
     Elevation, or ``None`` when the image does not look along the heading at all.
     """
     camera = image.camera
-    x = ((np.arange(camera.width) - camera.cx) / camera.fx).astype(np.float32)
+    num_strips = camera.width // STRIP_WIDTH
+    first = _first_column(camera.width)
+    u = np.arange(first, first + num_strips * STRIP_WIDTH, COLUMN_STEP, dtype=np.float32)
+    x = (u - np.float32(camera.cx)) / np.float32(camera.fx)
     y = ((np.arange(camera.height) - camera.cy) / camera.fy).astype(np.float32)
     # The rows' slopes are those of the column that looks most nearly along the heading.
     along = forward[0] * x + forward[2]
     middle = x[int(np.argmax(along))] if along.max() > MIN_FORWARD else np.float32(0)
-    middle = np.clip(middle, x[camera.width // 4], x[3 * camera.width // 4])
+    middle = np.clip(middle, x[len(x) // 4], x[3 * len(x) // 4])
     ahead = forward[0] * middle + forward[1] * y + forward[2]
     above = up[0] * middle + up[1] * y + up[2]
     usable = ahead > MIN_FORWARD
@@ -86,20 +91,17 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
     )
     ray_forward = forward32[0] * x + forward32[2] + forward32[1] * ray_y
     map_v = ray_y * np.float32(camera.fy) + np.float32(camera.cy)
-    map_u = np.broadcast_to(np.arange(camera.width, dtype=np.float32), map_v.shape)
-    sampled = cv2.remap(
-        image.inverse_depth, np.ascontiguousarray(map_u), map_v, cv2.INTER_NEAREST, borderValue=0
-    )
+    map_u = np.ascontiguousarray(np.broadcast_to(u, map_v.shape))
+    sampled = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_NEAREST, borderValue=0)
     sampled[ray_forward < MIN_FORWARD] = 0
     sampled /= np.maximum(ray_forward, np.float32(MIN_FORWARD))
     left = np.cross(up, forward).astype(np.float32)
-    num_strips = camera.width // STRIP_WIDTH
-    offset = _first_column(camera.width)
-    centers = offset + STRIP_WIDTH // 2 + STRIP_WIDTH * np.arange(num_strips)
+    per_strip = STRIP_WIDTH // COLUMN_STEP
+    centers = per_strip // 2 + per_strip * np.arange(num_strips)
     lateral = (left[0] * x[centers] + left[2] + left[1] * ray_y[:, centers]) / np.maximum(
         ray_forward[:, centers], np.float32(MIN_FORWARD)
     )
-    cells = sampled[:, offset : offset + num_strips * STRIP_WIDTH].reshape(-1, num_strips, STRIP_WIDTH)
+    cells = sampled.reshape(-1, num_strips, per_strip)
     density = len(slope) / max(float(slope[0, 0] - slope[-1, 0]), 1e-6)
     return Elevation(
         slope=slope[:, 0],
@@ -131,15 +133,15 @@ def _first_column(width: int) -> int:
     return (width - width // STRIP_WIDTH * STRIP_WIDTH) // 2
 
 
-def _average_cells(cells: NDArray[np.float32]) -> NDArray[np.float32]:
+def _average_cells(cells: Float32Array) -> Float32Array:
     """Mean of each cell's values near their median; 0 where fewer than half are valid."""
-    half = np.sort(cells[:, :, ::2], axis=2)
-    num_valid = np.count_nonzero(half, axis=2)
-    num = half.shape[2]
+    ordered = np.sort(cells, axis=2)
+    num = cells.shape[2]
+    num_valid = np.count_nonzero(ordered, axis=2)
     middle = np.minimum(num - num_valid + num_valid // 2, num - 1)
-    median = np.take_along_axis(half, middle[:, :, None], axis=2)
-    near = np.abs(cells - median) < np.float32(0.04) * median
-    count = np.count_nonzero(near, axis=2)
-    total = np.einsum("rsc,rsc->rs", cells, near.astype(np.float32))
-    enough = (num_valid * 2 >= num) & (count * 3 >= STRIP_WIDTH)
+    median = np.take_along_axis(ordered, middle[:, :, None], axis=2)
+    near = (np.abs(ordered - median) < np.float32(0.04) * median).astype(np.float32)
+    count = near.sum(axis=2)
+    total = (ordered * near).sum(axis=2)
+    enough = (num_valid * 2 >= num) & (count * 3 >= num)
     return np.where(enough, total / np.maximum(count, 1), np.float32(0)).astype(np.float32)

@@ -8,9 +8,8 @@ front of whatever is seen beneath it.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stairmap.arrays import Float64Array, IntArray
+from stairmap.arrays import Float32Array, Float64Array, IntArray
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.profile_segments import RISER, TREAD, ProfileSegments
 
@@ -82,7 +81,7 @@ def find_tread_fronts(
     return np.stack([distance, height, strip], axis=1)[farther].astype(np.float64)
 
 
-def _inverse_at(elevation: Elevation, rows: IntArray, strips: IntArray) -> NDArray[np.float32]:
+def _inverse_at(elevation: Elevation, rows: IntArray, strips: IntArray) -> Float32Array:
     """Inverse distance at cells; rows outside the elevation count as unmeasured, which is 'near'."""
     num_rows = len(elevation.slope)
     inside = (rows >= 0) & (rows < num_rows)
@@ -94,7 +93,7 @@ def _extend(
     elevation: Elevation,
     rows: IntArray,
     strips: IntArray,
-    value: NDArray[np.float32],
+    value: Float32Array,
     *,
     along_slope: bool,
     step: int = -1,
@@ -105,15 +104,11 @@ def _extend(
     ``along_slope``: the surface is a tread at height ``value``; otherwise a riser at distance ``value``.
     """
     num_rows = len(elevation.slope)
-    end = rows.copy()
-    going = np.ones(len(rows), dtype=bool)
-    for _ in range(max_rows):
-        following = np.clip(end + step, 0, num_rows - 1)
-        q = elevation.inverse_distance[following, strips]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            measured = elevation.slope[following] / q if along_slope else 1.0 / q
-        going &= (q > 0) & (np.abs(measured - value) < 0.03) & (following != end)
-        if not going.any():
-            break
-        end = np.where(going, following, end)
-    return end
+    following = np.clip(rows[:, None] + step * np.arange(1, max_rows + 1), 0, num_rows - 1)
+    q = elevation.inverse_distance[following, strips[:, None]]
+    expected = elevation.slope[following] / value[:, None] if along_slope else 1.0 / value[:, None]
+    # |1/q - 1/expected| < 30 mm, and for treads the same in height, without dividing by zero.
+    tolerance = 0.03 / np.abs(elevation.slope[following]).clip(0.05) if along_slope else 0.03
+    continues = (q > 0) & (np.abs(q - expected) < tolerance * q * np.abs(expected))
+    num_more = np.argmin(np.append(continues, np.zeros((len(rows), 1), bool), axis=1), axis=1)
+    return np.asarray(np.clip(rows + step * num_more, 0, num_rows - 1))

@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stairmap.arrays import Float64Array, IntArray, Mask, Points
+from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask, Points
 from stairmap.detection.stair_pixels import Membership, StairPixels
 
 PIXELS_PER_SAMPLE = 12.0
@@ -20,8 +19,8 @@ PIXELS_PER_SAMPLE = 12.0
 MIN_SURFACE_PIXELS = 12
 """Fewest working pixels for a tread or riser to count as seen."""
 
-MIN_TREAD_ROWS = 2.5
-"""A tread seen over fewer rows than this mixes with its nosing and is not measured."""
+MIN_TREAD_ROWS = 4.0
+"""A tread below the camera seen over fewer rows than this mixes with its nosing and is not measured."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +37,8 @@ class MeasuredNosings:
         Working pixels that lie on its tread and on its riser.
     is_crease
         Whether tread and riser were both seen; otherwise it was seen as a jump.
+    height_is_end, distance_is_end
+        Whether the height (distance) is where a surface ends rather than where a tread (riser) is.
     """
 
     distance: Float64Array
@@ -47,6 +48,8 @@ class MeasuredNosings:
     num_tread_pixels: IntArray
     num_riser_pixels: IntArray
     is_crease: Mask
+    height_is_end: Mask
+    distance_is_end: Mask
 
     @property
     def is_seen(self) -> Mask:
@@ -97,7 +100,7 @@ def measure_nosings(
     riser_s, riser_std, num_riser = _surface_means(
         pixels.forward, members.riser, members.index, spread, num_nosings, row_step
     )
-    rows_of_tread = np.abs(run * lattice_z) / np.maximum(lattice_s, 0.1) ** 2 / pixel_size
+    rows_of_tread = -np.abs(run) * lattice_z / np.maximum(lattice_s, 0.1) ** 2 / pixel_size
     tread_z[rows_of_tread < MIN_TREAD_ROWS] = np.nan
 
     owner = np.rint(
@@ -118,11 +121,13 @@ def measure_nosings(
         num_tread_pixels=num_tread,
         num_riser_pixels=num_riser,
         is_crease=is_crease,
+        height_is_end=~np.isfinite(tread_z),
+        distance_is_end=~np.isfinite(riser_s),
     )
 
 
 def _surface_means(
-    values: NDArray[np.float32],
+    values: Float32Array,
     chosen: Mask,
     index: IntArray,
     spread: Float64Array,

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 
-from stairmap.arrays import Float64Array, Vector
+from stairmap.arrays import Vector
 from stairmap.detection.inverse_depth import InverseDepthImage, SurfaceNormals
 from stairmap.geometry import normalized
 
@@ -39,7 +42,7 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
         along = normals @ corrected.astype(np.float32)
         level = along < -np.cos(np.radians(level_limit))
         upright = np.abs(along) < np.sin(np.radians(upright_limit))
-        if np.count_nonzero(level) < max(0.03 * len(normals), 30):
+        if np.count_nonzero(level) < max(0.03 * len(normals), 10):
             return up
         # Minimise |u + n|^2 over level normals and (u·n)^2 over upright ones.
         level_sum = -normals[level].sum(axis=0, dtype=np.float64)
@@ -64,7 +67,7 @@ def estimate_up(surfaces: SurfaceNormals) -> Vector | None:
     """
     normals, points = surfaces.normals, surfaces.points
     candidates = normals[(normals[:, 1] > 0.5) & (np.einsum("ij,ij->i", normals, points) > 0.1)]
-    if len(candidates) < max(0.1 * len(normals), 100):
+    if len(candidates) < max(0.1 * len(normals), 30):
         return None
     # A histogram over the two level components finds the mode without iteration.
     cells = np.floor((candidates[:, [0, 2]] + 1.0) * 20).astype(np.int64)
@@ -77,7 +80,7 @@ def estimate_up(surfaces: SurfaceNormals) -> Vector | None:
     up = -normalized([x, np.sqrt(max(1.0 - x * x - z * z, 0.01)), z])
     for limit in (15.0, 8.0, 5.0):
         near = candidates @ up.astype(np.float32) < -np.cos(np.radians(limit))
-        if np.count_nonzero(near) < max(0.1 * len(normals), 100):
+        if np.count_nonzero(near) < max(0.1 * len(normals), 30):
             return None
         up = -normalized(candidates[near].sum(axis=0, dtype=np.float64))
     return up
@@ -90,7 +93,18 @@ def level_axes(up: Vector) -> tuple[Vector, Vector]:
     return ahead, np.cross(up, ahead)
 
 
-def find_headings(surfaces: SurfaceNormals, up: Vector, *, max_headings: int) -> Float64Array:
+class Heading(NamedTuple):
+    """A direction that upright surfaces face away from the camera.
+
+    ``angle`` is counted from the level viewing direction, counter-clockwise seen from above, rad;
+    ``num_distances`` is at how many separate distances surfaces stand across it.
+    """
+
+    angle: float
+    num_distances: int
+
+
+def find_headings(surfaces: SurfaceNormals, up: Vector, *, max_headings: int) -> list[Heading]:
     """Find the directions in which upright surfaces face away from the camera.
 
     Parameters
@@ -104,21 +118,19 @@ def find_headings(surfaces: SurfaceNormals, up: Vector, *, max_headings: int) ->
 
     Returns
     -------
-    (M,) angles from the level viewing direction, counter-clockwise seen from above, rad,
-    in descending order of how many separate distances their surfaces stand at: a wall
-    stands at one, risers at many.
+    Headings in descending order of their distances: a wall stands at one, risers at many.
     """
     normals = surfaces.normals
     ahead, left = level_axes(up)
     upright = np.abs(normals @ up.astype(np.float32)) < 0.45
-    if np.count_nonzero(upright) < 50:
-        return np.zeros(0)
+    if np.count_nonzero(upright) < 20:
+        return []
     level = normals[upright]
     angles = np.arctan2(level @ left.astype(np.float32), level @ ahead.astype(np.float32))
     bins = ((angles + np.pi) * (HEADING_BINS / (2 * np.pi))).astype(np.int64) % HEADING_BINS
     counts = np.bincount(bins, minlength=HEADING_BINS)
     smooth = np.roll(counts, 1) + 2 * counts + np.roll(counts, -1)
-    is_peak = (smooth >= np.roll(smooth, 1)) & (smooth > np.roll(smooth, -1)) & (smooth > 60)
+    is_peak = (smooth >= np.roll(smooth, 1)) & (smooth > np.roll(smooth, -1)) & (smooth > 20)
     points = surfaces.points[upright]
     headings = []
     for peak in np.flatnonzero(is_peak):
@@ -131,14 +143,14 @@ def find_headings(surfaces: SurfaceNormals, up: Vector, *, max_headings: int) ->
         direction = np.cos(angle) * ahead + np.sin(angle) * left
         distances = points[near] @ direction.astype(np.float32)
         histogram = np.bincount(np.clip(distances / 0.08, 0, 100).astype(np.int64))
-        headings.append((np.count_nonzero(histogram > 12), angle))
-    headings.sort(reverse=True)
-    return np.array([angle for _, angle in headings[:max_headings]])
+        headings.append(Heading(angle, int(np.count_nonzero(histogram > 3))))
+    headings.sort(key=lambda heading: -heading.num_distances)
+    return headings[:max_headings]
 
 
 def find_line_headings(
-    image: InverseDepthImage, up: Vector, *, known: Float64Array, max_headings: int
-) -> Float64Array:
+    image: InverseDepthImage, up: Vector, *, known: Sequence[Heading], max_headings: int
+) -> list[Heading]:
     """Find headings from straight jumps of depth, for stairs that show no risers.
 
     A level edge seen as a line in the image spans a plane with the camera, whose intersection
@@ -151,19 +163,19 @@ def find_line_headings(
     up
         (3,) unit vector, camera frame.
     known
-        (K,) headings that were tried already, rad; others within 8 degrees of them are left out.
+        Headings that were tried already; others within 8 degrees of them are left out.
     max_headings
         How many are returned at most.
 
     Returns
     -------
-    (M,) angles as in ``find_headings``, by the total length of their lines.
+    Headings by the total length of their lines; ``num_distances`` is 0, since no surface was seen.
     """
     # Half a percent of an inverse distance of 1/m is one grey level: 100 mm at 1.5 m give 9.
     grey = np.minimum(image.inverse_depth * 200.0, 255.0).astype(np.uint8)
     lines = cv2.HoughLinesP(cv2.Canny(grey, 8, 16), 1, np.pi / 180, 25, minLineLength=25, maxLineGap=4)
     if lines is None:
-        return np.zeros(0)
+        return []
     camera = image.camera
     ends = lines.reshape(-1, 2, 2).astype(np.float64)
     rays = np.ones((len(ends), 2, 3))
@@ -190,7 +202,7 @@ def find_line_headings(
         if not near.any():
             continue
         angle = float(np.average(angles[near], weights=weights[near]))
-        taken = [*known.tolist(), *found]
+        taken = [*(heading.angle for heading in known), *found]
         if abs(angle) < np.radians(80) and all(abs(angle - other) > np.radians(8) for other in taken):
             found.append(angle)
-    return np.array(found)
+    return [Heading(angle, 0) for angle in found]

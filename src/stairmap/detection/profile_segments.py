@@ -7,14 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stairmap.arrays import IntArray, Mask
+from stairmap.arrays import Float32Array, IntArray, Mask
 from stairmap.detection.elevation import Elevation
 
-HALF_WINDOW = 0.045
-"""Half the height of the window in which an inclination is fitted, m: a third of a usual riser."""
+MIN_HALF_WINDOW, MAX_HALF_WINDOW = 0.020, 0.045
+"""Bounds of half the window's height in which an inclination is fitted, m: up to a third of a usual riser."""
 
 MIN_HALF_ROWS, MAX_HALF_ROWS = 2, 9
-"""Bounds of that half window in rows."""
+"""The same in rows."""
+
+INCLINATION_STD = 0.14
+"""Standard deviation that the window's height is chosen for, rad: a third of the labels' tolerance."""
 
 NOTHING, TREAD, RISER = 0, 1, 2
 
@@ -47,23 +50,32 @@ class ProfileSegments:
     strip: IntArray
     first_row: IntArray
     last_row: IntArray
-    distance: NDArray[np.float32]
-    height: NDArray[np.float32]
-    near: NDArray[np.float32]
-    far: NDArray[np.float32]
-    low: NDArray[np.float32]
-    high: NDArray[np.float32]
+    distance: Float32Array
+    height: Float32Array
+    near: Float32Array
+    far: Float32Array
+    low: Float32Array
+    high: Float32Array
     num_rows: IntArray
 
     def __len__(self) -> int:
         return len(self.kind)
 
 
-def label_cells(elevation: Elevation) -> NDArray[np.int8]:
+def label_cells(elevation: Elevation, *, noise: float) -> NDArray[np.int8]:
     """Label each cell of an elevation as tread, riser or neither by its inclination in its scan.
 
     In a window of rows Q is fitted as a line in tau. With s = 1/Q and z = tau/Q the
     surface's inclination is atan2(Q - tau·Q', -Q'): 0 for a tread, 90 degrees for a riser.
+    The window is as low as the noise allows: a slope over n rows has the standard deviation
+    noise · sqrt(12 / n^3) per row.
+
+    Parameters
+    ----------
+    elevation
+        Scans.
+    noise
+        Standard deviation of inverse distance of one cell, 1/m.
 
     Returns
     -------
@@ -73,7 +85,11 @@ def label_cells(elevation: Elevation) -> NDArray[np.int8]:
     num_rows, num_strips = q.shape
     tau = elevation.slope[:, None] - elevation.slope.mean()
     weight = (q > 0).astype(np.float64)
-    half = np.clip(HALF_WINDOW * elevation.row_density * q, MIN_HALF_ROWS, MAX_HALF_ROWS).astype(np.int64)
+    density = elevation.row_density
+    with np.errstate(divide="ignore"):
+        half = 0.5 * np.cbrt(12.0 * (2.0 * noise * density / (INCLINATION_STD * q)) ** 2)
+    half = np.clip(half, MIN_HALF_WINDOW * density * q, MAX_HALF_WINDOW * density * q)
+    half = np.clip(np.rint(half), MIN_HALF_ROWS, MAX_HALF_ROWS).astype(np.int64)
     rows = np.arange(num_rows)[:, None]
     top, bottom = np.maximum(rows - half, 0), np.minimum(rows + half + 1, num_rows)
 
@@ -89,7 +105,9 @@ def label_cells(elevation: Elevation) -> NDArray[np.int8]:
     usable = (q > 0) & (count >= 0.7 * (2 * half + 1)) & np.isfinite(inclination)
     labels = np.zeros(q.shape, dtype=np.int8)
     labels[usable & (np.abs(inclination - 90.0) < 28.0)] = RISER
-    labels[usable & (np.abs((inclination + 90.0) % 180.0 - 90.0) < 20.0)] = TREAD
+    # What is level above the camera is a ceiling, or the line of sight along a jump.
+    below = elevation.slope[:, None] < -0.01
+    labels[usable & below & (np.abs((inclination + 90.0) % 180.0 - 90.0) < 20.0)] = TREAD
     return labels
 
 
@@ -129,7 +147,7 @@ def find_segments(elevation: Elevation, labels: NDArray[np.int8], *, noise: floa
     length = ends - starts + 1
     keep = (kind != NOTHING) & (length >= 2)
 
-    def reduced(function: np.ufunc, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    def reduced(function: np.ufunc, values: Float32Array) -> Float32Array:
         return np.asarray(function.reduceat(values, starts)[keep])
 
     starts_kept, ends_kept, count = starts[keep], ends[keep], length[keep]

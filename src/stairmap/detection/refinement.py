@@ -27,6 +27,9 @@ from stairmap.geometry import normalized
 UP_PRIOR = np.radians(0.7)
 """Standard deviation of up after its correction by floor and walls, rad."""
 
+EDGE_SHIFT = 2.5
+"""Standard deviation of how far a sensor moves the edges of near surfaces outward, working pixels."""
+
 STEP_IRREGULARITY = 0.004
 """Standard deviation of a step's nosing about the lattice, m (FACTS.md section 2: up to 11-19 mm)."""
 
@@ -128,7 +131,7 @@ def refine_lattice(
             row_step=row_step,
             pixel_size=1.0 / image.camera.fy,
         )
-        fit = _fit_lattice(nosings)
+        fit = _fit_lattice(nosings, distance, run, 1.0 / image.camera.fy)
         if fit is None:
             return None
         distance, height, run, rise, covariance = fit
@@ -184,31 +187,37 @@ def _centered(values: Float64Array, weight: Float64Array, index: IntArray, num_g
     return np.asarray(values - (np.bincount(index, weight * values, num_groups) / total)[index])
 
 
-def _fit_lattice(nosings: MeasuredNosings) -> tuple[float, float, float, float, Float64Array] | None:
-    """Robust weighted lines through the nosings' distances and heights over their index."""
+def _fit_lattice(
+    nosings: MeasuredNosings, distance: float, run: float, pixel_size: float
+) -> tuple[float, float, float, float, Float64Array] | None:
+    """Robust weighted lines through the nosings' distances and heights over their index.
+
+    Where a height is read off an edge of the image, a sensor that fattens edges raises all of them
+    by one angle: it is fitted along, within ``EDGE_SHIFT`` of zero.
+    """
     covariance = np.zeros((6, 6))
     result = []
     measures = (
-        (nosings.height, nosings.height_std, [3, 0]),
-        (nosings.distance, nosings.distance_std, [2, 1]),
+        (nosings.height, nosings.height_std, nosings.height_is_end, [3, 0]),
+        (nosings.distance, nosings.distance_std, np.zeros_like(nosings.distance_is_end), [2, 1]),
     )
-    for value, std, slots in measures:
+    for value, std, is_end, slots in measures:
         known = np.flatnonzero(np.isfinite(value))
         if len(known) < 2:
             return None
-        design = np.stack([np.ones(len(known)), known.astype(np.float64)], axis=1)
+        shift = np.where(is_end[known], np.maximum(distance + known * run, 0.1) * pixel_size, 0.0)
+        design = np.stack([np.ones(len(known)), known.astype(np.float64), shift], axis=1)
         variance = std[known] ** 2 + STEP_IRREGULARITY**2
         weight = 1.0 / variance
-        # Two Huber rounds: a step that stands out by more than 2 sigma pulls no harder.
+        prior = np.diag([0.0, 0.0, 1.0 / EDGE_SHIFT**2])
+        # A step that stands out by more than two sigma pulls no harder than one at two (Huber).
         for _ in range(3):
-            information = (design.T * weight) @ design
+            information = (design.T * weight) @ design + prior
             estimate = np.linalg.solve(information, (design.T * weight) @ value[known])
             residual = np.abs(value[known] - design @ estimate) / np.sqrt(variance)
             weight = np.minimum(1.0, 2.0 / np.maximum(residual, 1e-9)) / variance
-        start, spacing = float(estimate[0]), float(estimate[1])
-        block = np.linalg.inv(information)
-        covariance[np.ix_(slots, slots)] = block
-        result.append((start, spacing))
+        covariance[np.ix_(slots, slots)] = np.linalg.inv(information)[:2, :2]
+        result.append((float(estimate[0]), float(estimate[1])))
     (height, rise), (distance, run) = result
     return distance, height, run, rise, covariance
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stairmap.arrays import IntArray, Mask, Vector
+from stairmap.arrays import Float32Array, IntArray, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
 
 
@@ -25,9 +24,9 @@ class StairPixels:
         Where they lie in the working image.
     """
 
-    forward: NDArray[np.float32]
-    height: NDArray[np.float32]
-    left: NDArray[np.float32]
+    forward: Float32Array
+    height: Float32Array
+    left: Float32Array
     row: IntArray
     column: IntArray
 
@@ -96,7 +95,7 @@ def gather_pixels(
     y = ((row - camera.cy) / camera.fy).astype(np.float32) * depth
     left = np.cross(up, forward)
 
-    def along(axis: Vector) -> NDArray[np.float32]:
+    def along(axis: Vector) -> Float32Array:
         a, b, c = axis.astype(np.float32)
         return np.asarray(a * x + b * y + c * depth)
 
