@@ -12,6 +12,9 @@ from stairmap.arrays import Vector
 from stairmap.detection.inverse_depth import InverseDepthImage, SurfaceNormals
 from stairmap.geometry import normalized
 
+UPRIGHT_WEIGHT = 0.1
+"""Weight of an upright normal against a level one: floors are level, but risers lean and doors stand ajar."""
+
 HEADING_BINS = 72
 """Bins of the heading histogram: 5 degrees each."""
 
@@ -48,7 +51,7 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
         level_sum = -normals[level].sum(axis=0, dtype=np.float64)
         selected = normals[upright]
         scatter = np.asarray(selected.T @ selected, dtype=np.float64)
-        matrix = np.count_nonzero(level) * np.eye(3) + scatter
+        matrix = np.count_nonzero(level) * np.eye(3) + UPRIGHT_WEIGHT * scatter
         corrected = normalized(np.linalg.solve(matrix, level_sum))
     if np.arccos(np.clip(corrected @ up, -1, 1)) > max_correction:
         return up
