@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray
+from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.config import Config
 from stairmap.detection.edge_lines import StepExtents, choose_nosings, measure_extents
 from stairmap.detection.inverse_depth import InverseDepthImage
@@ -17,12 +17,11 @@ from stairmap.detection.refinement import RefinedLattice
 MAX_SEE_THROUGH = 0.30
 """Largest share of pixels that lie inside the solid stairs: real treads and risers let nothing through."""
 
+MIN_TREAD_PIXELS = 30
+"""Fewest pixels of a tread that can stand for a step without a riser."""
+
 MAX_IRREGULARITY = 0.035
 """Largest root mean square distance of nosings from the lattice, m, beyond the noise."""
-
-MIN_SURFACE_SHARE = 0.25
-"""Smallest share of a step's surface, seen under its angle, that must have been measured."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
@@ -150,16 +149,43 @@ def _find_rejections(
 
 
 def _see_through_share(refined: RefinedLattice, extents: StepExtents, chosen: IntArray) -> float:
-    """Share of the pixels between the steps' ends that lie behind the surfaces of the stairs."""
+    """Share of the pixels between the steps' ends that lie behind the surfaces of the stairs.
+
+    Stairs with open risers let one look through where risers would be. Where three treads or
+    more were seen, only what lies behind treads counts.
+    """
     if len(chosen) == 0:
         return 0.0
     left, right = np.nanmedian(extents.left[chosen]), np.nanmedian(extents.right[chosen])
     members, pixels = refined.members, refined.pixels
     between = (pixels.left < left - 0.03) & (pixels.left > right + 0.03)
-    index_range = (members.index >= chosen[0]) & (members.index <= chosen[-1])
-    on = np.count_nonzero(between & index_range & (members.tread | members.riser))
-    behind = np.count_nonzero(between & index_range & members.inside)
-    return behind / max(on + behind, 1)
+    between &= (members.index >= chosen[0]) & (members.index <= chosen[-1])
+    behind = np.flatnonzero(between & members.inside)
+    through_tread = enters_by_tread(refined, behind)
+    num_treads = np.count_nonzero(refined.nosings.num_tread_pixels[chosen] >= MIN_TREAD_PIXELS)
+    on_tread = np.count_nonzero(between & members.tread)
+    if num_treads >= 3:
+        num_through = np.count_nonzero(through_tread)
+        return num_through / max(on_tread + num_through, 1)
+    on_riser = np.count_nonzero(between & members.riser)
+    return len(behind) / max(on_tread + on_riser + len(behind), 1)
+
+
+def enters_by_tread(refined: RefinedLattice, chosen: IntArray) -> Mask:
+    """Whether the rays of some pixels enter the solid stairs through a tread, not through a riser."""
+    s, z = refined.pixels.forward[chosen], refined.pixels.height[chosen]
+    slope = (z / np.maximum(s, 1e-3))[:, None]
+    index = np.arange(len(refined.nosings.num_tread_pixels))
+    riser_s = refined.distance + index * refined.run
+    riser_phase = (slope * riser_s - refined.height) / refined.rise - index
+    hits_riser = (riser_phase > -1.0) & (riser_phase <= 0.0)
+    first_riser = np.where(hits_riser, riser_s, np.inf).min(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tread_s = (refined.height + index * refined.rise) / slope
+    tread_phase = (tread_s - refined.distance) / refined.run - index
+    hits_tread = (tread_phase > 0.0) & (tread_phase < 1.0) & (tread_s > 0)
+    first_tread = np.where(hits_tread, tread_s, np.inf).min(axis=1)
+    return np.asarray(first_tread < first_riser)
 
 
 def _irregularity(refined: RefinedLattice, chosen: IntArray) -> float:

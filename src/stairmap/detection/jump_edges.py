@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stairmap.arrays import Float32Array, Float64Array, IntArray
+from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.profile_segments import RISER, TREAD, ProfileSegments
 
@@ -39,8 +39,7 @@ def find_riser_tops(elevation: Elevation, segments: ProfileSegments, in_crease: 
     chosen = np.flatnonzero(is_candidate)
     distance, strip = segments.distance[chosen], segments.strip[chosen]
     top = _extend(elevation, segments.last_row[chosen], strip, distance, along_slope=False)
-    beyond = _inverse_at(elevation, top - 2, strip)
-    farther = beyond < 1.0 / (distance + MIN_JUMP)
+    farther = _is_farther(elevation, top, strip, distance, step=-1)
     height = elevation.slope[top] * distance + 0.5 * distance / elevation.row_density
     return np.stack([distance, height, strip], axis=1)[farther & (top >= 2)].astype(np.float64)
 
@@ -70,23 +69,27 @@ def find_tread_fronts(
     height, strip = segments.height[chosen], segments.strip[chosen]
     if view_sign > 0:
         end = _extend(elevation, segments.first_row[chosen], strip, height, along_slope=True, step=1)
-        beyond = _inverse_at(elevation, end + 2, strip)
     else:
         end = _extend(elevation, segments.last_row[chosen], strip, height, along_slope=True)
-        beyond = _inverse_at(elevation, end - 2, strip)
     slope = elevation.slope[end]
     with np.errstate(divide="ignore"):
         distance = np.where(np.abs(slope) > 1e-3, height / slope, 0.0)
-    farther = (beyond < 1.0 / (np.maximum(distance, 1e-3) + MIN_JUMP)) & (distance > 0.2)
+    farther = _is_farther(elevation, end, strip, distance, step=view_sign) & (distance > 0.2)
     return np.stack([distance, height, strip], axis=1)[farther].astype(np.float64)
 
 
-def _inverse_at(elevation: Elevation, rows: IntArray, strips: IntArray) -> Float32Array:
-    """Inverse distance at cells; rows outside the elevation count as unmeasured, which is 'near'."""
+def _is_farther(
+    elevation: Elevation, rows: IntArray, strips: IntArray, distance: Float32Array, *, step: int
+) -> Mask:
+    """Whether something farther by ``MIN_JUMP`` begins two to five rows past an end.
+
+    A few rows may still show the edge's own thickness: the front of an open tread.
+    """
     num_rows = len(elevation.slope)
-    inside = (rows >= 0) & (rows < num_rows)
-    values = elevation.inverse_distance[np.clip(rows, 0, num_rows - 1), strips]
-    return np.where(inside & (values > 0), values, np.float32(np.inf)).astype(np.float32)
+    beyond = rows[:, None] + step * np.arange(2, 6)
+    q = elevation.inverse_distance[np.clip(beyond, 0, num_rows - 1), strips[:, None]]
+    limit = 1.0 / (np.maximum(distance, 1e-3) + MIN_JUMP)
+    return np.asarray(((q > 0) & (q < limit[:, None]) & (beyond >= 0) & (beyond < num_rows)).any(axis=1))
 
 
 def _extend(

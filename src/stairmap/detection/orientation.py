@@ -8,7 +8,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from stairmap.arrays import Vector
+from stairmap.arrays import Float64Array, IntArray, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage, SurfaceNormals
 from stairmap.geometry import normalized
 
@@ -193,7 +193,8 @@ def find_line_headings(
     heading_vectors = np.cross(directions, up)
     angles = np.arctan2(heading_vectors @ left, heading_vectors @ ahead)
     angles = (angles + np.pi / 2) % np.pi - np.pi / 2
-    weights = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) * (sharpness > 0.4)
+    weights = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    weights *= (sharpness > 0.15) & _is_level(image, lines.reshape(-1, 2, 2), rays, up)
     bins = np.floor((angles + np.pi / 2) / np.radians(5)).astype(np.int64).clip(0, 35)
     histogram = np.bincount(bins, weights, 36)
     smooth = histogram + 0.5 * (np.roll(histogram, 1) + np.roll(histogram, -1))
@@ -209,3 +210,19 @@ def find_line_headings(
         if abs(angle) < np.radians(80) and all(abs(angle - other) > np.radians(8) for other in taken):
             found.append(angle)
     return [Heading(angle, 0) for angle in found]
+
+
+def _is_level(image: InverseDepthImage, ends: IntArray, rays: Float64Array, up: Vector) -> Mask:
+    """Whether (N, 2) line ends lie at one height, on the nearer side of their jump; a rail does not."""
+    nearest = cv2.dilate(image.inverse_depth, np.ones((5, 5), np.uint8))
+    # A fifth inward from either end: the ends themselves often lie on what holds the edge.
+    inner = np.stack([0.8 * ends[:, 0] + 0.2 * ends[:, 1], 0.2 * ends[:, 0] + 0.8 * ends[:, 1]], axis=1)
+    inner_rays = np.stack(
+        [0.8 * rays[:, 0] + 0.2 * rays[:, 1], 0.2 * rays[:, 0] + 0.8 * rays[:, 1]], axis=1
+    )
+    pixels = np.rint(inner).astype(np.int64)
+    q = nearest[pixels[..., 1], pixels[..., 0]]
+    points = inner_rays / np.maximum(q, 1e-3)[..., None]
+    along = points[:, 1] - points[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    return np.asarray((q > 0).all(axis=1) & (np.abs(along @ up) < 0.2 * length) & (length > 0.15))
