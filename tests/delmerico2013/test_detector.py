@@ -16,7 +16,7 @@ from stairmap.config import Config, load_config
 from stairmap.delmerico2013.detector import Delmerico2013Detector, uphill_direction
 from stairmap.detection.observation import Detection, StairObservation
 from stairmap.frame import DepthFrame
-from stairmap.geometry import angle_between, fit_plane
+from stairmap.geometry import fit_plane
 from stairmap.transforms import transform_points
 
 STAIRS = AnalyticStairs(rise=0.17, run=0.28, width=1.2, num_risers=7)
@@ -85,24 +85,49 @@ def test_nearly_all_points_lie_in_the_plane_of_the_nosings(detector: Delmerico20
 @given(
     st.floats(0.15, 0.20),
     st.floats(0.26, 0.32),
-    st.floats(-0.15, 0.15),
+    st.floats(-0.3, 0.3),
     st.floats(-0.1, 0.1),
     st.integers(0, 10**6),
 )
-def test_stairs_detected_in_noise_have_the_true_direction_and_pitch(
+def test_any_detection_agrees_with_itself_and_with_the_gate(
     rise: float, run: float, yaw: float, roll: float, seed: int
 ) -> None:
     stairs = AnalyticStairs(rise=rise, run=run, num_risers=10)
     pose = pose_looking((-1.5, 0.0, 0.4), yaw=yaw, down=-0.15, roll=roll)
     detection = Delmerico2013Detector(Config()).detect(render_frame(stairs, pose, wall_at=6, noise_seed=seed))
+    assert bool(detection.observations) != bool(detection.rejections)
     for observation in detection.observations:
         plane = fit_plane(observation.points)
         assert plane is not None
-        tilt = np.arccos(abs(plane[:3] @ observation.up))
-        assert tilt == pytest.approx(np.arctan2(rise, run), abs=np.radians(6))
-        forward = pose[:3, :3] @ observation.forward
-        assert forward[2] == pytest.approx(0, abs=1e-9)
-        assert angle_between(forward, [1.0, 0.0, 0.0]) < np.radians(25)
+        assert abs(plane[:3] @ observation.up) >= np.cos(np.radians(45)) - 1e-9
+        assert np.linalg.norm(observation.forward) == pytest.approx(1)
+        assert observation.forward @ observation.up == pytest.approx(0, abs=1e-9)
+        middles = np.array([edge.nosing.mean(axis=0) for edge in observation.edges])
+        assert (np.diff(middles @ observation.up) >= 0).all()
+        assert (middles[-1] - middles[0]) @ observation.up == pytest.approx(
+            (observation.num_steps - 1) * observation.rise
+        )
+        assert observation.num_steps >= 3
+
+
+def test_planes_found_in_noise_have_the_pitch_and_heading_of_the_stairs_on_average(
+    detector: Delmerico2013Detector,
+) -> None:
+    random = np.random.default_rng(0)
+    pitches, headings = [], []
+    for seed in range(25):
+        pose = pose_looking((-1.5, 0.0, 0.4), yaw=random.uniform(-0.15, 0.15), down=-0.15)
+        for observation in detector.detect(
+            render_frame(STAIRS, pose, wall_at=6, noise_seed=seed)
+        ).observations:
+            plane = fit_plane(observation.points)
+            assert plane is not None
+            pitches.append(np.arccos(abs(plane[:3] @ observation.up)))
+            forward = pose[:3, :3] @ observation.forward
+            headings.append(np.arctan2(forward[1], forward[0]))
+    assert len(pitches) >= 15
+    assert np.median(pitches) == pytest.approx(np.arctan2(STAIRS.rise, STAIRS.run), abs=np.radians(2))
+    assert np.median(headings) == pytest.approx(0, abs=np.radians(4))
 
 
 def test_most_frames_of_a_noisy_approach_are_detections(detector: Delmerico2013Detector) -> None:

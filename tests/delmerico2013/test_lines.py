@@ -76,7 +76,7 @@ def test_edges_shorter_than_20_px_give_no_line() -> None:
 def test_lines_do_not_depend_on_the_state_of_opencvs_random_generator() -> None:
     edges = (np.random.default_rng(0).random((240, 320)) > 0.9).astype(np.uint8) * 255
     first = find_candidate_lines(edges)
-    cv2.theRNG() if hasattr(cv2, "theRNG") else cv2.setRNGSeed(1234)
+    cv2.setRNGSeed(1234)
     assert len(first) > 10
     np.testing.assert_array_equal(find_candidate_lines(edges), first)
 

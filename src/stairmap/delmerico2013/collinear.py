@@ -22,9 +22,10 @@ def merge_collinear_lines(lines: Float64Array) -> Float64Array:
     * lines that are nearly vertical, whose slope and intercept have no bounds: where both lines are
       steeper than 45 degrees, columns and rows change places;
     * whether "the other" is a segment or the whole line that the report's y = m x + b describes:
-      the whole line, so that an edge that the Hough transform broke in two becomes one line again. With
-      segments, 21 of 40 rendered staircases with Kinect noise were left with fewer than 10 shared
-      columns, with whole lines 2. The price: floor on both sides of a stairway can be joined through it;
+      the whole line, so that an edge that the Hough transform broke in two becomes one line again. On
+      400 rendered frames with Kinect noise this gives 384 detections, distance to the segment 272,
+      because too few columns are shared. The price: floor lines on both sides of a stairway are joined
+      through it (mean error of the modeled run 11 mm instead of 4 mm);
     * what comes of a merge: all lines that are joined by a chain of such pairs become the line of least
       squares through their pixels, as long as they reach along it. This needs no order of merging.
 

@@ -34,7 +34,7 @@ MIN_LINES = 3
 MIN_COLUMNS = 10
 
 
-@dataclass(slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Lines:
     """What the image part of the algorithm found, in pixels of the working image."""
 
@@ -130,7 +130,7 @@ class Delmerico2013Detector:
             edges=edges,
             rise=float(per_step @ up),
             run=float(per_step @ forward),
-            width=max(float(np.linalg.norm(edge.nosing[1] - edge.nosing[0])) for edge in edges),
+            width=float(np.median([np.linalg.norm(edge.nosing[1] - edge.nosing[0]) for edge in edges])),
             origin=middles[0],
             covariance=np.zeros((0, 0)),
             points=points,
