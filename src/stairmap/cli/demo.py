@@ -20,6 +20,7 @@ from stairmap.pipeline import METHODS
 from stairmap.recordings.base import Recording
 from stairmap.recordings.open import open_recording
 from stairmap.simulation.recording import write_simulation
+from stairmap.simulation.render import RayCaster
 from stairmap.simulation.robots import ROBOTS
 from stairmap.simulation.scenes import make_scene
 from stairmap.simulation.sensors import make_sensor
@@ -70,6 +71,8 @@ def run_demo(*, output: Path | None, as_json: bool) -> int:
     """
     scene = make_scene(SCENE, SEED)
     truth = scene.stairways[0].flights[0]
+    # Learn that the ray caster is not installed before a folder is made.
+    RayCaster(scene.mesh)
     with create_run_folder(output, "demo") as folder, noted_interrupts() as interrupt:
         typer.echo(f"rendering {NUM_FRAMES} frames: {ROBOT}, {SENSOR}, odometry error", err=True)
         with FrameProgress(None) as progress:
@@ -138,7 +141,7 @@ def _format_text(folder: RunFolder, truth: Flight, estimates: Sequence[Estimate]
     for estimate in estimates:
         cells = [
             f"{_in_units(name, estimate.measures[name])} "
-            f"({_in_units(name, estimate.measures[name] - true_values[name], sign='+')})"
+            f"({_error_in_units(name, estimate.measures[name] - true_values[name])})"
             if estimate.measures
             else "not found"
             for name in MEASURES
@@ -157,9 +160,12 @@ def _format_text(folder: RunFolder, truth: Flight, estimates: Sequence[Estimate]
     )
 
 
-def _in_units(name: str, value: float, sign: str = "") -> str:
-    """Return a measure in deg (pitch) or mm; the true values are known to 0.1 mm, estimates are not."""
-    return f"{np.degrees(value):{sign}.1f}" if name == "pitch" else f"{value * 1e3:{sign}.0f}"
+def _in_units(name: str, value: float) -> str:
+    return f"{np.degrees(value):.1f}" if name == "pitch" else f"{value * 1e3:.0f}"
+
+
+def _error_in_units(name: str, error: float) -> str:
+    return f"{np.degrees(error) if name == 'pitch' else error * 1e3:+.1f}"
 
 
 def _format_json(folder: RunFolder, truth: Flight, estimates: Sequence[Estimate]) -> str:

@@ -96,13 +96,28 @@ class RunLoop:
 
     def outcome(self) -> RunOutcome:
         """Return what came of the frames so far."""
+        stairways = self._pipeline.stairways()
+        reasons = [str(rule) for rule in self._collector.rule_statistics()]
+        if self._collector.num_detections and not stairways:
+            reasons.insert(0, self._describe_unconfirmed())
         return RunOutcome(
-            stairways=self._pipeline.stairways(),
+            stairways=stairways,
             num_frames=self._collector.num_frames,
             num_detections=self._collector.num_detections,
             num_without_pose=self._num_without_pose,
-            reasons=tuple(str(rule) for rule in self._collector.rule_statistics()),
+            reasons=tuple(reasons),
         )
+
+    def _describe_unconfirmed(self) -> str:
+        """Say why frames with stair edges made no stairway."""
+        seen = f"{counted(self._collector.num_detections, 'frame')} with stair edges made no stairway: "
+        rejection = getattr(self._pipeline.modeler, "rejection", None)
+        if rejection is not None:
+            return f"{seen}{rejection}"
+        names = {"stairmap": "modeling.min_observations", "delmerico2013": "delmerico2013.detections_per_fit"}
+        section, key = names[self._method].split(".")
+        limit = getattr(getattr(self._config, section), key)
+        return f"{seen}it takes {limit} observations that agree in the map ({section}.{key})"
 
     def write_results(self, folder: RunFolder, outcome: RunOutcome, problems: Sequence[str]) -> None:
         """Write everything but the report, the result itself first."""

@@ -1,0 +1,51 @@
+# Every target sets itself up: a virtual environment in .venv with what it needs and no more.
+
+VENV := .venv
+BIN := $(VENV)/bin
+
+# The newest Python from 3.10 on that can make a virtual environment; or say: make PYTHON=/usr/bin/python3.12 test
+PYTHON ?= $(shell for name in python3.13 python3.12 python3.11 python3.10 python3; do \
+	$$name -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1 \
+	&& echo $$name && break; done)
+
+.PHONY: help demo test lint docs clean
+
+help:
+	@echo "make demo   a simulated robot at a known stairway: estimated against true"
+	@echo "make test   all tests"
+	@echo "make lint   ruff, mypy, import-linter"
+	@echo "make docs   docs/configuration.md from the code"
+	@echo "make clean  remove the virtual environment and caches"
+
+demo: $(VENV)/.installed-demo
+	$(BIN)/stairmap demo
+
+test: $(VENV)/.installed-dev
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.installed-dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+docs: $(VENV)/.installed-dev
+	$(BIN)/stairmap config --markdown > docs/configuration.md.new
+	mv docs/configuration.md.new docs/configuration.md
+
+clean:
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "stairmap needs Python 3.10 or newer with venv; \
+	on Debian and Ubuntu: apt install python3-venv" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+# A stamp is renewed when pyproject.toml changes; a second call installs nothing.
+$(VENV)/.installed-demo: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[sim,report]'
+	@touch $@
+
+$(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@ $(VENV)/.installed-demo
