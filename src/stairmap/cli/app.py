@@ -10,6 +10,7 @@ import stairmap
 from stairmap.cli.commands.config import config
 from stairmap.cli.commands.demo import demo
 from stairmap.cli.commands.detect import detect
+from stairmap.cli.commands.evaluate import evaluate
 from stairmap.cli.commands.inspect import inspect
 from stairmap.cli.commands.run import run
 from stairmap.cli.commands.simulate import simulate
@@ -32,7 +33,7 @@ Examples:
 """,
     epilog="Exit code: 0 ran (also without a stairway), 1 error, 2 wrong usage, 130 or 143 interrupted.",
 )
-for command in (run, detect, inspect, demo, simulate, config):
+for command in (run, detect, inspect, demo, simulate, evaluate, config):
     app.command()(command)
 
 

@@ -4,125 +4,155 @@ from __future__ import annotations
 
 import json
 import os
-import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
-from stairmap.config import load_config
+from stairmap.cli.evaluate_request import EvaluateRequest
+from stairmap.cli.trial_progress import TrialProgress
+from stairmap.config import Config, load_config
+from stairmap.errors import OutputError
+from stairmap.evaluation.convergence import draw_convergences, record_convergence
+from stairmap.evaluation.detection_rates import QUICK_GRID, RateGrid, RatePanel, measure_panels
+from stairmap.evaluation.rate_plots import draw_rates
+from stairmap.evaluation.real import RealResult, run_real_suite
 from stairmap.evaluation.running import TrialSettings, run_trials
-from stairmap.evaluation.suites import TrialChoice, make_specs
-from stairmap.evaluation.summary import group_results, summarize
-from stairmap.evaluation.tables import format_groups, format_summary, format_trials
-from stairmap.evaluation.trials import TrialResult
+from stairmap.evaluation.suites import SIMULATED_SUITES, TrialChoice, make_specs
+from stairmap.evaluation.tables import format_all, format_real
+from stairmap.evaluation.trials import TrialResult, TrialSpec
+from stairmap.simulation.robots import ROBOTS
+from stairmap.simulation.sensors import SENSORS
+from stairmap.visualization.plots import png_from_figure
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EvaluateRequest:
-    """What was asked for; see the options of the command."""
-
-    suites: tuple[str, ...]
-    methods: tuple[str, ...]
-    choice: TrialChoice = field(default_factory=TrialChoice)
-    data: Path | None = None
-    cache: Path | None = None
-    num_workers: int | None = None
-    config: Path | None = None
-    overrides: Sequence[str] = ()
-    is_json: bool = False
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def evaluate_methods(request: EvaluateRequest) -> int:
-    """Run the suites and print the tables; return the exit code."""
-    buildings = None if request.data is None else request.data / "buildings"
-    specs = [
-        spec for suite in request.suites for spec in make_specs(suite, request.choice, buildings=buildings)
-    ]
-    settings = TrialSettings(
-        methods=request.methods,
-        config=load_config(request.config, request.overrides),
-        buildings=buildings,
-        cache=request.cache,
-    )
-    count = 0
+    """Run the suites and print the tables; return the exit code.
 
-    def show(results: tuple[TrialResult, ...]) -> None:
-        nonlocal count
-        count += 1
-        if sys.stderr.isatty():
-            typer.echo(f"\rtrial {count}/{len(specs)} · {results[0].spec}\x1b[K", err=True, nl=False)
-
-    results = run_trials(
-        specs, settings, num_workers=request.num_workers or os.cpu_count() or 1, on_results=show
-    )
-    if sys.stderr.isatty():
-        typer.echo("\r\x1b[K", err=True, nl=False)
-    if request.is_json:
-        typer.echo(json.dumps({"trials": [result.to_dict() for result in results]}))
-    else:
-        typer.echo(format_results(results))
+    Raises
+    ------
+    StairmapError
+        If the configuration, the data or a package is missing, or the output cannot be written.
+    """
+    config = load_config(request.config_file, request.overrides)
+    specs = _make_specs(request)
+    results = _run_simulated(request, config, specs)
+    real: tuple[RealResult, ...] = ()
+    if "real" in request.suites:
+        real = run_real_suite(request.data / "real", request.methods, config=config, only=request.only)
+    panels: tuple[RatePanel, ...] = ()
+    grid = QUICK_GRID if request.is_quick else RateGrid()
+    if "rates" in request.suites:
+        panels = _measure_rates(request, config, grid)
+    tables = [format_all(results, request.methods)] if results else []
+    tables += [format_real(real)] if real else []
+    data = {
+        "trials": [result.to_dict() for result in results],
+        "real": [result.to_dict() for result in real],
+        "rates": [panel.to_dict() for panel in panels],
+    }
+    if request.output is not None:
+        _write_text(request.output / "tables.md", "\n\n".join(tables) + "\n")
+        _write_text(request.output / "results.json", json.dumps(data, allow_nan=False) + "\n")
+        for method in request.methods if panels else ():
+            mine = [panel for panel in panels if panel.method == method]
+            _write_figure(request.output / f"recall_{method}.png", draw_rates(mine, grid, rate="recall"))
+            _write_figure(request.output / f"false_{method}.png", draw_rates(mine, grid, rate="false_rate"))
+        if request.with_convergence:
+            _draw_convergences(request, config, specs, request.output)
+    typer.echo(json.dumps(data, allow_nan=False) if request.as_json else "\n\n".join(tables))
+    if request.output is not None and not request.as_json:
+        typer.echo(str(request.output))
     return 0
 
 
-def format_results(results: Sequence[TrialResult]) -> str:
-    """Return all tables: trials, sums, sums by sensor."""
-    by_method = group_results(results, lambda result: result.method)
-    summaries = {method: summarize(mine) for method, mine in by_method.items()}
-    parts = [format_trials(results), format_summary(summaries)]
-    for method, mine in by_method.items():
-        for title, key in (("sensor", lambda r: r.spec.sensor), ("suite", lambda r: r.spec.suite)):
-            groups = group_results(mine, key)
-            if len(groups) > 1:
-                parts.append(
-                    format_groups(
-                        f"{method}, by {title}", {name: summarize(some) for name, some in groups.items()}
-                    )
-                )
-    return "\n\n".join(parts)
-
-
-def _main(
-    suites: list[str],
-    method: str = "both",
-    only: list[str] = typer.Option([]),
-    sensor: str | None = None,
-    width: int | None = None,
-    robot: str | None = None,
-    seed: int = 0,
-    drives: int | None = None,
-    quick: bool = False,
-    data: Path = Path("../shared/data"),
-    cache: Path | None = None,
-    jobs: int | None = None,
-    config: Path | None = None,
-    set_: list[str] = typer.Option([], "--set"),
-    json_: bool = typer.Option(False, "--json"),
-) -> None:
-    names = suites if suites != ["all"] else ["table1", "stairs", "buildings", "look-alikes"]
-    evaluate_methods(
-        EvaluateRequest(
-            suites=tuple(names),
-            methods=("stairmap", "delmerico2013") if method == "both" else (method,),
-            choice=TrialChoice(
-                only=tuple(only),
-                sensor=sensor,
-                width=width,
-                robot=robot,
-                seed=seed,
-                num_drives=drives,
-                is_quick=quick,
-            ),
-            data=data,
-            cache=cache,
-            num_workers=jobs,
-            config=config,
-            overrides=set_,
-            is_json=json_,
-        )
+def _make_specs(request: EvaluateRequest) -> tuple[TrialSpec, ...]:
+    choice = TrialChoice(
+        only=request.only,
+        sensor=request.sensor,
+        width=request.width,
+        robot=request.robot,
+        seed=request.seed,
+        num_drives=request.num_drives,
+        is_quick=request.is_quick,
     )
+    suites = [suite for suite in request.suites if suite in SIMULATED_SUITES]
+    buildings = request.data / "buildings"
+    specs = tuple(spec for suite in suites for spec in make_specs(suite, choice, buildings=buildings))
+    if suites and not specs and "real" not in request.suites:
+        raise typer.BadParameter(f"no scene of {', '.join(suites)} is called {' or '.join(request.only)}")
+    for name, value, known in (("sensor", request.sensor, SENSORS), ("robot", request.robot, ROBOTS)):
+        if value is not None and value not in known:
+            raise typer.BadParameter(f"--{name}: {value!r} is not one of {', '.join(sorted(known))}")
+    return specs
 
 
-if __name__ == "__main__":
-    typer.run(_main)
+def _run_simulated(
+    request: EvaluateRequest, config: Config, specs: Sequence[TrialSpec]
+) -> tuple[TrialResult, ...]:
+    settings = TrialSettings(
+        methods=request.methods,
+        config=config,
+        buildings=request.data / "buildings",
+        cache=request.cache,
+    )
+    with TrialProgress(len(specs)) as progress:
+        return run_trials(
+            specs,
+            settings,
+            num_workers=_num_workers(request),
+            on_results=lambda results: progress.advance(str(results[0].spec)),
+        )
+
+
+def _measure_rates(request: EvaluateRequest, config: Config, grid: RateGrid) -> tuple[RatePanel, ...]:
+    with TrialProgress(len(grid.panels())) as progress:
+        return measure_panels(
+            grid,
+            request.methods,
+            config=config,
+            num_workers=_num_workers(request),
+            on_panel=lambda panel: progress.advance(f"{panel.sensor}, {panel.height:g} m"),
+        )
+
+
+def _draw_convergences(
+    request: EvaluateRequest, config: Config, specs: Sequence[TrialSpec], folder: Path
+) -> None:
+    with TrialProgress(len(specs)) as progress:
+        for spec in specs:
+            progress.advance(str(spec))
+            convergence = record_convergence(
+                spec,
+                request.methods,
+                config=config,
+                buildings=request.data / "buildings",
+                cache=request.cache,
+            )
+            if convergence is not None:
+                name = f"convergence_{spec.folder_name()}.png"
+                _write_figure(folder / name, draw_convergences(convergence))
+
+
+def _num_workers(request: EvaluateRequest) -> int:
+    return request.num_workers or os.cpu_count() or 1
+
+
+def _write_figure(path: Path, figure: Figure) -> None:
+    _write(path, png_from_figure(figure))
+
+
+def _write_text(path: Path, text: str) -> None:
+    _write(path, text.encode("utf-8"))
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror}") from error

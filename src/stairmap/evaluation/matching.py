@@ -86,13 +86,13 @@ def match_flights(
         possible = np.flatnonzero(costs[row] < _IMPOSSIBLE)
         if len(possible) == 0:
             strays.append(row)
-        elif not any(optional[column] for column in possible):
+        elif not any(optional[int(column)] for column in possible):
             duplicates.append(row)
     return Matching(pairs=pairs, duplicates=tuple(duplicates), strays=tuple(strays))
 
 
 def find_deviation(estimate: Flight, truth: Flight) -> float | None:
-    """Return how far an estimate is from a true flight, each part relative to its limit; ``None``: too far."""
+    """Return how far an estimate is from a true flight, in parts of the limits; ``None``: too far."""
     heading = abs(wrapped_angle(estimate.heading - truth.heading)) / MAX_HEADING
     ratios = [
         abs(np.log(getattr(estimate, name) / getattr(truth, name))) / np.log(MAX_RATIO)

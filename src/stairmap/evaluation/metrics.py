@@ -1,8 +1,9 @@
 """How far an estimated flight is from the truth, in its measures and in units of its stated deviation.
 
-All errors are estimate minus truth, SI units. ``width`` is judged when both sides are bounded in the estimate: a
-width with an unbounded side is a lower bound, not a measurement. ``across``, ``along`` and ``up`` are the base's error in the
-axes of the true flight; ``across`` also needs both sides, because an unseen end moves the middle.
+All errors are estimate minus truth, SI units. ``width`` is judged when both sides are bounded in the
+estimate: a width with an unbounded side is a lower bound, not a measurement. ``across``, ``along`` and
+``up`` are the base's error in the axes of the true flight; ``across`` also needs both sides, because an
+unseen end moves the middle.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stairmap.arrays import Float64Array, IntArray
 from stairmap.evaluation.truth import TrueFlight
 from stairmap.geometry import wrapped_angle
 from stairmap.stairway import Flight
@@ -90,7 +92,7 @@ def find_errors(estimate: Flight, truth: TrueFlight, moved: Flight) -> FlightErr
     )
 
 
-def _find_lowest_step(estimate: Flight, moved: Flight, rotation: np.ndarray) -> int:
+def _find_lowest_step(estimate: Flight, moved: Flight, rotation: Float64Array) -> int:
     """Return the number of the true step on which the estimate's first step lies.
 
     The place along the slope tells: its deviation in height and in distance count alike.
@@ -100,12 +102,12 @@ def _find_lowest_step(estimate: Flight, moved: Flight, rotation: np.ndarray) -> 
     return round(float(np.array([local[0], local[2] - moved.rise]) @ slope / (slope @ slope)))
 
 
-def _filled(indices: np.ndarray) -> np.ndarray:
+def _filled(indices: IntArray) -> IntArray:
     """Return all numbers from the first to the last index: what an obstacle hides lies between."""
     return np.arange(indices[0], indices[-1] + 1) if len(indices) else indices
 
 
-def _stated_stds(estimate: Flight, rotation: np.ndarray) -> dict[str, float]:
+def _stated_stds(estimate: Flight, rotation: Float64Array) -> dict[str, float]:
     std = estimate.std
     base = np.sqrt((rotation.T**2) @ np.asarray(std.base) ** 2)
     stated = {

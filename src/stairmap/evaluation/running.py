@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
-from multiprocessing import get_context
 from pathlib import Path
 
 from stairmap.config import Config
 from stairmap.evaluation.trials import TrialResult, TrialSpec, run_trial
-from stairmap.evaluation.workers import prepare_worker
+from stairmap.evaluation.workers import make_worker_pool
 
 TrialFunction = Callable[..., tuple[TrialResult, ...]]
 """``run_trial``, or what stands for it in a test; must be importable by a worker."""
@@ -66,7 +65,9 @@ def run_trials(
 
     waiting = list(range(len(specs)))
     while waiting:
-        suspects = _run_until_broken(waiting, specs, settings, num_workers, trial, finish)
+        suspects = _run_until_broken(
+            waiting, specs, settings, num_workers=num_workers, trial=trial, finish=finish
+        )
         # Whichever of them killed its process: alone, only the guilty one does it again.
         for index in suspects:
             finish(index, _run_alone(specs[index], settings, trial))
@@ -78,6 +79,7 @@ def _run_until_broken(
     waiting: Sequence[int],
     specs: Sequence[TrialSpec],
     settings: TrialSettings,
+    *,
     num_workers: int,
     trial: TrialFunction,
     finish: Callable[[int, tuple[TrialResult, ...]], None],
@@ -85,7 +87,7 @@ def _run_until_broken(
     """Run trials until all are done or a worker dies; return those that were running then."""
     running: dict[Future[tuple[TrialResult, ...]], int] = {}
     queue = list(reversed(waiting))
-    with _make_pool(num_workers) as pool:
+    with make_worker_pool(num_workers) as pool:
         while queue or running:
             # No more than there are workers, so that whatever is in the pool is running.
             try:
@@ -103,16 +105,11 @@ def _run_until_broken(
 
 
 def _run_alone(spec: TrialSpec, settings: TrialSettings, trial: TrialFunction) -> tuple[TrialResult, ...]:
-    with _make_pool(1) as pool:
+    with make_worker_pool(1) as pool:
         try:
             return pool.submit(_try_trial, trial, spec, settings).result()
         except BrokenProcessPool:
             return _crashed(spec, settings, "its process died")
-
-
-def _make_pool(num_workers: int) -> ProcessPoolExecutor:
-    # Fresh interpreters: a fork copies threads' locks, and could not be told to use one thread.
-    return ProcessPoolExecutor(num_workers, mp_context=get_context("spawn"), initializer=prepare_worker)
 
 
 def _try_trial(trial: TrialFunction, spec: TrialSpec, settings: TrialSettings) -> tuple[TrialResult, ...]:
@@ -120,7 +117,8 @@ def _try_trial(trial: TrialFunction, spec: TrialSpec, settings: TrialSettings) -
         return trial(
             spec, settings.methods, config=settings.config, buildings=settings.buildings, cache=settings.cache
         )
-    except Exception as error:  # noqa: BLE001 a crash of any kind is a row of the table
+    # A crash of any kind is a row of the table.
+    except Exception as error:
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
         return _crashed(spec, settings, f"{type(error).__name__}: {error} ({where})")

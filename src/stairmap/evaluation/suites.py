@@ -69,14 +69,14 @@ class TrialChoice:
 
 
 def make_specs(suite: str, choice: TrialChoice, *, buildings: Path | None = None) -> tuple[TrialSpec, ...]:
-    """Return the trials of a simulated suite.
+    """Return the trials of a simulated suite, none if no scene has such a name.
 
     Raises
     ------
     ValueError
         If there is no such suite.
     StairmapError
-        If the suite needs the buildings and they are not there, or nothing is left of it.
+        If the suite needs the buildings and they are not there.
     """
     if suite not in SIMULATED_SUITES:
         raise ValueError(f"unknown suite {suite!r}; choose one of: {', '.join(SIMULATED_SUITES)}, real")
@@ -86,12 +86,8 @@ def make_specs(suite: str, choice: TrialChoice, *, buildings: Path | None = None
         for drive in range(_num_drives(suite, name, choice)):
             specs.append(_make_spec(suite, name, turn, drive, choice))
             turn += 1
-    kept = [spec for spec in specs if not choice.only or any(word in spec.scene for word in choice.only)]
-    if not kept:
-        raise StairmapError(
-            f"suite {suite} has no scene called {' or '.join(choice.only)}; it has: {', '.join(names)}"
-        )
-    return tuple(kept)
+    # Chosen last, so that a trial that is run alone has the sensor, robot and seed that it has in the suite.
+    return tuple(spec for spec in specs if not choice.only or any(word in spec.scene for word in choice.only))
 
 
 def _make_spec(suite: str, name: str, turn: int, drive: int, choice: TrialChoice) -> TrialSpec:

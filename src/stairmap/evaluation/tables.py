@@ -7,11 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from stairmap.evaluation.metrics import MEASURES
-from stairmap.evaluation.summary import ErrorStatistics, Summary
+from stairmap.evaluation.real import RealResult
+from stairmap.evaluation.summary import ErrorStatistics, Summary, group_results, summarize
+from stairmap.evaluation.table1 import format_table_1
+from stairmap.evaluation.table_format import format_table
 from stairmap.evaluation.trials import TrialResult
 
 UNITS: dict[str, tuple[float, str, int]] = {
-    **{name: (1e3, "mm", 1) for name in MEASURES},
+    **dict.fromkeys(MEASURES, (1e3, "mm", 1)),
     "pitch": (float(np.degrees(1)), "°", 2),
     "heading": (float(np.degrees(1)), "°", 2),
 }
@@ -19,27 +22,33 @@ UNITS: dict[str, tuple[float, str, int]] = {
 
 _TRIAL_HEADER = (
     "scene", "sensor", "robot", "seed", "method", "found", "missed", "false", "seen in", "false in",
-    "rise mm", "run mm", "width mm", "pitch °", "heading °", "across mm", "along mm", "up mm", "drift mm", "steps", "ms",
+    "rise mm", "run mm", "width mm", "pitch °", "heading °", "across mm", "along mm", "up mm",
+    "drift mm", "steps", "ms",
 )  # fmt: skip
 
 
-def format_table(header: Sequence[str], rows: Iterable[Sequence[str]], *, num_left: int = 1) -> str:
-    """Return a Markdown table; the first ``num_left`` columns are aligned to the left."""
-    lines = [list(header), *(list(row) for row in rows)]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
-    texts = [
-        "| "
-        + " | ".join(
-            cell.ljust(width) if column < num_left else cell.rjust(width)
-            for column, (cell, width) in enumerate(zip(line, widths, strict=True))
-        )
-        + " |"
-        for line in lines
-    ]
-    rule = [
-        "-" * width if column < num_left else "-" * (width - 1) + ":" for column, width in enumerate(widths)
-    ]
-    return "\n".join([texts[0], "| " + " | ".join(rule) + " |", *texts[1:]])
+def format_all(results: Sequence[TrialResult], methods: Sequence[str]) -> str:
+    """Return all tables of simulated trials: each trial, sums, sums by sensor and by suite, Table 1."""
+    by_method = group_results(results, lambda result: result.method)
+    parts = [format_trials(results)]
+    parts.append(format_summary({method: summarize(mine) for method, mine in by_method.items()}))
+    for method, mine in by_method.items():
+        for title, key in (("sensor", _sensor_of), ("suite", _suite_of)):
+            groups = {name: summarize(some) for name, some in group_results(mine, key).items()}
+            if len(groups) > 1:
+                parts.append(format_groups(f"{method}, by {title}", groups))
+    if any(result.spec.suite == "table1" for result in results):
+        parts.append(format_table_1(results, methods))
+    return "\n\n".join(parts)
+
+
+def _sensor_of(result: TrialResult) -> str:
+    spec = result.spec
+    return spec.sensor if spec.width is None else f"{spec.sensor} {spec.width}"
+
+
+def _suite_of(result: TrialResult) -> str:
+    return result.spec.suite
 
 
 def format_trials(results: Iterable[TrialResult]) -> str:
@@ -54,8 +63,7 @@ def format_trials(results: Iterable[TrialResult]) -> str:
 def format_trial(result: TrialResult) -> list[str]:
     """Return the cells of one line; see ``format_trials``."""
     spec = result.spec
-    camera = spec.sensor if spec.width is None else f"{spec.sensor} {spec.width}"
-    cells = [spec.scene, camera, spec.robot, str(spec.seed), result.method]
+    cells = [spec.scene, _sensor_of(result), spec.robot, str(spec.seed), result.method]
     if result.crash is not None:
         return cells + ["crashed: " + result.crash.replace("|", "/")] + [""] * (len(_TRIAL_HEADER) - 6)
     required = [flight for flight in result.flights if flight.must_be_found]
@@ -168,6 +176,33 @@ def format_errors(name: str, statistics: ErrorStatistics) -> str:
         return "-"
     parts = [_in_unit(name, statistics.mean_abs), _in_unit(name, statistics.worst)]
     return " / ".join([*parts, _in_unit(name, statistics.bias, sign=True)])
+
+
+def format_real(results: Iterable[RealResult]) -> str:
+    """Return one line per real recording and method: estimate (truth) where there is a stairway."""
+    header = (
+        "recording", "method", "frames", "seen in", "false in", "stairways in the map",
+        "rise mm", "run mm", "width mm", "steps", "ms",
+    )  # fmt: skip
+    rows = []
+    for result in results:
+        row = [result.recording, result.method, str(result.num_frames), str(result.num_detections)]
+        row += [str(result.num_false_frames), _text(result.num_stairways)]
+        row += [_beside_truth(result, name, 1e3) for name in ("rise", "run", "width")]
+        rows.append([*row, _beside_truth(result, "num_steps", 1), f"{result.frame_ms:.1f}"])
+    return format_table(header, rows, num_left=2)
+
+
+def _beside_truth(result: RealResult, name: str, factor: float) -> str:
+    if result.truth is None and result.estimate is None:
+        return ""
+    truth = (result.truth or {}).get(name)
+    estimate = (result.estimate or {}).get(name)
+    return f"{_text(estimate, factor)} ({_text(truth, factor)})"
+
+
+def _text(value: float | None, factor: float = 1) -> str:
+    return "-" if value is None else f"{factor * value:.0f}"
 
 
 def _in_unit(name: str, value: float, *, sign: bool = False) -> str:

@@ -12,9 +12,9 @@ import numpy as np
 
 from stairmap.arrays import Transform
 from stairmap.config import Config
+from stairmap.evaluation.drift import find_observed_flight
 from stairmap.evaluation.frame_cache import recorded_frames, simulation_sum
 from stairmap.evaluation.judging import FlightResult, TrialJudgement, judge_stairways
-from stairmap.evaluation.drift import find_observed_flight
 from stairmap.evaluation.truth import DriveTruth, find_truth
 from stairmap.frame import DepthFrame
 from stairmap.pipeline import StairwayPipeline

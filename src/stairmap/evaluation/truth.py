@@ -119,7 +119,7 @@ def find_truth(simulation: Simulation) -> DriveTruth:
                     must_be_found=not is_optional and num_near >= max(near_frames, 1),
                     num_near_frames=num_near,
                     surely_seen=sure.is_nosing_visible.sum(axis=0) >= sure_frames,
-                    possibly_seen=anywhere.is_nosing_visible.any(axis=0),
+                    possibly_seen=np.asarray(anywhere.is_nosing_visible.any(axis=0)),
                 )
             )
     return DriveTruth(

@@ -1,8 +1,18 @@
-"""Set up a worker process before anything heavy is imported in it."""
+"""Processes that compute on one core each, set up before anything heavy is imported in them."""
 
 from __future__ import annotations
 
 import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+
+def make_worker_pool(num_workers: int) -> ProcessPoolExecutor:
+    """Return a pool of processes that compute on one core each.
+
+    They are fresh interpreters: a fork copies threads' locks, and cannot be told to use one thread.
+    """
+    return ProcessPoolExecutor(num_workers, mp_context=get_context("spawn"), initializer=prepare_worker)
 
 
 def prepare_worker() -> None:
