@@ -6,22 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray, Mask
+from stairmap.arrays import Float32Array, Float64Array, IntArray
 from stairmap.config import Config
 from stairmap.detection.edge_lines import StepExtents, choose_nosings, measure_extents
 from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.detection.lattice import Lattice
 from stairmap.detection.observation import Rejection, StairEdge, StairObservation
 from stairmap.detection.refinement import RefinedLattice
+from stairmap.detection.rules import find_rejections
 
-MAX_SEE_THROUGH = 0.30
-"""Largest share of pixels that lie inside the solid stairs: real treads and risers let nothing through."""
-
-MIN_TREAD_PIXELS = 30
-"""Fewest pixels of a tread that can stand for a step without a riser."""
-
-MAX_IRREGULARITY = 0.035
-"""Largest root mean square distance of nosings from the lattice, m, beyond the noise."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
@@ -85,7 +78,7 @@ def judge_candidate(
     extents = measure_extents(image, refined)
     chosen = choose_nosings(refined, extents)
     left, right = _common_extent(extents, chosen)
-    rejections = _find_rejections(refined, extents, chosen, left - right, config)
+    rejections = find_rejections(refined, extents, chosen, left - right, config)
     num_pixels = int(np.count_nonzero(refined.members.tread | refined.members.riser)) * refined.row_step
     observation = None
     if not rejections:
@@ -111,96 +104,6 @@ def _common_extent(extents: StepExtents, chosen: IntArray) -> tuple[float, float
     ):
         ends.append(float(np.median(values[bounded]) if bounded.any() else sign * np.max(sign * values)))
     return ends[0], ends[1]
-
-
-def _find_rejections(
-    refined: RefinedLattice, extents: StepExtents, chosen: IntArray, width: float, config: Config
-) -> tuple[Rejection, ...]:
-    """All the rules that the lattice breaks."""
-    envelope = config.envelope
-    found = []
-    if len(chosen) < config.detection.min_steps:
-        found.append(
-            Rejection(rule="min_steps", measured=len(chosen), limit=config.detection.min_steps, unit="1")
-        )
-    rise, run = refined.rise, abs(refined.run)
-    pitch = float(np.degrees(np.arctan2(rise, run)))
-    rise_slack, run_slack = (min(2.0 * refined.covariance[slot, slot] ** 0.5, 0.02) for slot in (0, 1))
-    for rule, value, low, high, slack, unit in (
-        ("rise", rise, envelope.min_rise, envelope.max_rise, rise_slack, "m"),
-        ("run", run, envelope.min_run, envelope.max_run, run_slack, "m"),
-        ("pitch", pitch, envelope.min_pitch_deg, envelope.max_pitch_deg, 1.0, "deg"),
-    ):
-        if value < low - slack:
-            found.append(Rejection(rule=f"min_{rule}", measured=value, limit=low, unit=unit))
-        elif value > high + slack:
-            found.append(Rejection(rule=f"max_{rule}", measured=value, limit=high, unit=unit))
-    if width < envelope.min_width:
-        found.append(Rejection(rule="min_width", measured=width, limit=envelope.min_width, unit="m"))
-    see_through = _see_through_share(refined, extents, chosen)
-    if see_through > MAX_SEE_THROUGH:
-        found.append(Rejection(rule="max_see_through", measured=see_through, limit=MAX_SEE_THROUGH, unit="1"))
-    irregularity = _irregularity(refined, chosen)
-    if irregularity > MAX_IRREGULARITY:
-        found.append(
-            Rejection(rule="max_irregularity", measured=irregularity, limit=MAX_IRREGULARITY, unit="m")
-        )
-    return tuple(found)
-
-
-def _see_through_share(refined: RefinedLattice, extents: StepExtents, chosen: IntArray) -> float:
-    """Share of the pixels between the steps' ends that lie behind the surfaces of the stairs.
-
-    Stairs with open risers let one look through where risers would be. Where three treads or
-    more were seen, only what lies behind treads counts.
-    """
-    if len(chosen) == 0:
-        return 0.0
-    left, right = np.nanmedian(extents.left[chosen]), np.nanmedian(extents.right[chosen])
-    members, pixels = refined.members, refined.pixels
-    between = (pixels.left < left - 0.03) & (pixels.left > right + 0.03)
-    between &= (members.index >= chosen[0]) & (members.index <= chosen[-1])
-    behind = np.flatnonzero(between & members.inside)
-    through_tread = enters_by_tread(refined, behind)
-    num_treads = np.count_nonzero(refined.nosings.num_tread_pixels[chosen] >= MIN_TREAD_PIXELS)
-    on_tread = np.count_nonzero(between & members.tread)
-    if num_treads >= 3:
-        num_through = np.count_nonzero(through_tread)
-        return num_through / max(on_tread + num_through, 1)
-    on_riser = np.count_nonzero(between & members.riser)
-    return len(behind) / max(on_tread + on_riser + len(behind), 1)
-
-
-def enters_by_tread(refined: RefinedLattice, chosen: IntArray) -> Mask:
-    """Whether the rays of some pixels enter the solid stairs through a tread, not through a riser."""
-    s, z = refined.pixels.forward[chosen], refined.pixels.height[chosen]
-    slope = (z / np.maximum(s, 1e-3))[:, None]
-    index = np.arange(len(refined.nosings.num_tread_pixels))
-    riser_s = refined.distance + index * refined.run
-    riser_phase = (slope * riser_s - refined.height) / refined.rise - index
-    hits_riser = (riser_phase > -1.0) & (riser_phase <= 0.0)
-    first_riser = np.where(hits_riser, riser_s, np.inf).min(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        tread_s = (refined.height + index * refined.rise) / slope
-    tread_phase = (tread_s - refined.distance) / refined.run - index
-    hits_tread = (tread_phase > 0.0) & (tread_phase < 1.0) & (tread_s > 0)
-    first_tread = np.where(hits_tread, tread_s, np.inf).min(axis=1)
-    return np.asarray(first_tread < first_riser)
-
-
-def _irregularity(refined: RefinedLattice, chosen: IntArray) -> float:
-    """Root mean square distance of the nosings from the lattice beyond their own noise, m."""
-    nosings = refined.nosings
-    residuals = []
-    for value, std, start, spacing in (
-        (nosings.distance, nosings.distance_std, refined.distance, refined.run),
-        (nosings.height, nosings.height_std, refined.height, refined.rise),
-    ):
-        known = chosen[np.isfinite(value[chosen])]
-        excess = np.abs(value[known] - start - known * spacing) - 2.0 * std[known]
-        residuals.append(np.maximum(excess, 0.0))
-    joined = np.concatenate(residuals)
-    return float(np.sqrt(np.mean(joined**2))) if len(joined) else 0.0
 
 
 def _make_observation(
@@ -272,20 +175,20 @@ def _covariance_at(refined: RefinedLattice, lowest: int) -> Float64Array:
 
 def _has_floor(refined: RefinedLattice, lowest: int) -> bool:
     """Whether a level surface one rise below the lowest nosing reaches farther than a step before it."""
-    x = (refined.pixels.forward - refined.distance) / refined.run - lowest
-    z = refined.pixels.height - (refined.height + (lowest - 1) * refined.rise)
+    x = (refined.pixels.forward - np.float32(refined.distance)) / np.float32(refined.run) - lowest
+    z = refined.pixels.height - np.float32(refined.height + (lowest - 1) * refined.rise)
     return _is_covered(x, z, refined, (-1.8, -1.15))
 
 
 def _has_landing(refined: RefinedLattice, highest: int) -> bool:
     """Whether the tread behind the highest nosing reaches farther than a step."""
-    x = (refined.pixels.forward - refined.distance) / refined.run - highest
-    z = refined.pixels.height - (refined.height + highest * refined.rise)
+    x = (refined.pixels.forward - np.float32(refined.distance)) / np.float32(refined.run) - highest
+    z = refined.pixels.height - np.float32(refined.height + highest * refined.rise)
     return _is_covered(x, z, refined, (1.15, 1.8))
 
 
 def _is_covered(
-    x: Float64Array, z: Float64Array, refined: RefinedLattice, interval: tuple[float, float]
+    x: Float32Array, z: Float32Array, refined: RefinedLattice, interval: tuple[float, float]
 ) -> bool:
     in_interval = (x > interval[0]) & (x < interval[1])
     on_level = in_interval & (np.abs(z) < 0.3 * refined.rise)

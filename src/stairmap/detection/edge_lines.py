@@ -56,8 +56,8 @@ def measure_extents(image: InverseDepthImage, lattice: RefinedLattice) -> StepEx
         start = float(t.min()) - 2 * bin_width
         num_bins = int((float(t.max()) - start) / bin_width) + 3
         cell = ((t - start) / bin_width).astype(np.int64)
-        counts = np.bincount(index * num_bins + cell, footprint, minlength=num_nosings * num_bins)
-        counts = counts.reshape(num_nosings, num_bins)
+        total = np.bincount(index * num_bins + cell, footprint, minlength=num_nosings * num_bins)
+        counts = np.asarray(total.reshape(num_nosings, num_bins), dtype=np.float64)
         smooth, plateau = _plateaus(counts)
         enough = (np.bincount(index, minlength=num_nosings) >= 6) & (plateau > 0)
         for nosing in np.flatnonzero(enough):

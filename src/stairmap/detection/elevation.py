@@ -92,7 +92,8 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
     ray_forward = forward32[0] * x + forward32[2] + forward32[1] * ray_y
     map_v = ray_y * np.float32(camera.fy) + np.float32(camera.cy)
     map_u = np.ascontiguousarray(np.broadcast_to(u, map_v.shape))
-    sampled = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_NEAREST, borderValue=0)
+    remapped = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_NEAREST, borderValue=0)
+    sampled: Float32Array = np.asarray(remapped, dtype=np.float32)
     sampled[ray_forward < MIN_FORWARD] = 0
     sampled /= np.maximum(ray_forward, np.float32(MIN_FORWARD))
     left = np.cross(up, forward).astype(np.float32)

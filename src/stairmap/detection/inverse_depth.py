@@ -87,9 +87,7 @@ def inverse_depth_from_frame(frame: DepthFrame, *, max_depth: float) -> InverseD
     return InverseDepthImage(inverse_depth=inverse, valid=inverse > 0, camera=camera, stride=stride)
 
 
-def _reduce_blocks(
-    inverse: Float32Array, stride: int
-) -> Float32Array:
+def _reduce_blocks(inverse: Float32Array, stride: int) -> Float32Array:
     """Mean inverse depth of each block's nearest surface."""
     parts = [inverse[i::stride, j::stride] for i in range(stride) for j in range(stride)]
     nearest = parts[0].copy()
@@ -119,8 +117,9 @@ def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (
     height, width = image.valid.shape
     small_size = (width // 2, height // 2)
     inside = image.inverse_depth[: height // 2 * 2, : width // 2 * 2]
-    weight = cv2.resize(np.asarray(inside > 0, dtype=np.float32), small_size, interpolation=cv2.INTER_AREA)
-    mean = cv2.resize(inside, small_size, interpolation=cv2.INTER_AREA)
+    measured = np.asarray(inside > 0, dtype=np.float32)
+    weight = np.asarray(cv2.resize(measured, small_size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    mean = np.asarray(cv2.resize(inside, small_size, interpolation=cv2.INTER_AREA), dtype=np.float32)
     camera = image.camera.scaled(0.5)
     u = (np.arange(small_size[0], dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
     v = ((np.arange(small_size[1], dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy))[
@@ -151,6 +150,6 @@ def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (
     ray_u, ray_v = u[2 * columns], v[2 * rows, 0]
     normals = np.stack([a, b, q - a * ray_u - b * ray_v], axis=1)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
-    points = np.stack([ray_u, ray_v, np.ones_like(q)], axis=1) / q[:, None]
+    points = np.asarray(np.stack([ray_u, ray_v, np.ones_like(q)], axis=1) / q[:, None], dtype=np.float32)
     noise = np.sqrt(max(float(np.median(variance[rows, columns])), 0.0)) if len(rows) else 0.0
     return SurfaceNormals(normals=normals, points=points, noise=noise)

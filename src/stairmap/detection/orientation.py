@@ -217,9 +217,7 @@ def _is_level(image: InverseDepthImage, ends: IntArray, rays: Float64Array, up: 
     nearest = cv2.dilate(image.inverse_depth, np.ones((5, 5), np.uint8))
     # A fifth inward from either end: the ends themselves often lie on what holds the edge.
     inner = np.stack([0.8 * ends[:, 0] + 0.2 * ends[:, 1], 0.2 * ends[:, 0] + 0.8 * ends[:, 1]], axis=1)
-    inner_rays = np.stack(
-        [0.8 * rays[:, 0] + 0.2 * rays[:, 1], 0.2 * rays[:, 0] + 0.8 * rays[:, 1]], axis=1
-    )
+    inner_rays = np.stack([0.8 * rays[:, 0] + 0.2 * rays[:, 1], 0.2 * rays[:, 0] + 0.8 * rays[:, 1]], axis=1)
     pixels = np.rint(inner).astype(np.int64)
     q = nearest[pixels[..., 1], pixels[..., 0]]
     points = inner_rays / np.maximum(q, 1e-3)[..., None]

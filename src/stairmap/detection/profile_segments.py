@@ -86,8 +86,8 @@ def label_cells(elevation: Elevation, *, noise: float) -> NDArray[np.int8]:
     tau = elevation.slope[:, None] - elevation.slope.mean()
     weight = (q > 0).astype(np.float64)
     density = elevation.row_density
-    with np.errstate(divide="ignore"):
-        half = 0.5 * np.cbrt(12.0 * (2.0 * noise * density / (INCLINATION_STD * q)) ** 2)
+    spread = 2.0 * noise * density / (INCLINATION_STD * np.maximum(q, np.float32(1e-6)))
+    half = 0.5 * np.cbrt(12.0 * spread**2)
     half = np.clip(half, MIN_HALF_WINDOW * density * q, MAX_HALF_WINDOW * density * q)
     half = np.clip(np.rint(half), MIN_HALF_ROWS, MAX_HALF_ROWS).astype(np.int64)
     rows = np.arange(num_rows)[:, None]

@@ -76,7 +76,7 @@ def _paint(treads: Mask, risers: Mask, image: InverseDepthImage, candidate: Cand
         small = np.zeros((-(-mask.shape[0] // height_px), -(-mask.shape[1] // width_px)), dtype=bool)
         small[refined.pixels.row[chosen] // refined.row_step, refined.pixels.column[chosen]] = True
         large = np.repeat(np.repeat(small, height_px, axis=0), width_px, axis=1)
-        mask |= large[: mask.shape[0], : mask.shape[1]]
+        np.logical_or(mask, large[: mask.shape[0], : mask.shape[1]], out=mask)
 
 
 def _dilated(mask: Mask, radius: int) -> Mask:

@@ -186,7 +186,7 @@ def _step_range(
     records: np.ndarray[tuple[int], np.dtype[np.void]],
     lowest: int,
 ) -> tuple[int, int]:
-    """First and last step: those seen often enough, ended by the floor and the landing where these were seen."""
+    """First and last step: those seen often enough, ended by floor and landing where these were seen."""
     counts = np.bincount(index - lowest)
     needed = max(2 if len(records) > 1 else 1, MIN_STEP_SHARE * counts.max())
     often = np.flatnonzero(counts >= needed)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from stairmap.arrays import IntArray
@@ -92,9 +94,7 @@ class StairwayMapper:
                 Stairway(
                     id=stairway_id,
                     flights=flights,
-                    landings=tuple(
-                        make_landing(lower, upper) for lower, upper in zip(flights, flights[1:], strict=False)
-                    ),
+                    landings=tuple(make_landing(lower, upper) for lower, upper in pairwise(flights)),
                     num_observations=len(members),
                     first_seen_ns=int(stamps[members].min()),
                     last_seen_ns=int(stamps[members].max()),

@@ -1,0 +1,127 @@
+"""What a lattice of nosings must be to count as a stairway.
+
+Each rule that is broken becomes a rejection with the measured value and the limit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stairmap.arrays import IntArray, Mask
+from stairmap.config import Config
+from stairmap.detection.edge_lines import StepExtents
+from stairmap.detection.observation import Rejection
+from stairmap.detection.refinement import RefinedLattice
+
+MAX_SEE_THROUGH = 0.30
+"""Largest share of pixels that lie inside the solid stairs: real treads and risers let nothing through."""
+
+MIN_TREAD_PIXELS = 30
+"""Fewest pixels of a tread that can stand for a step without a riser."""
+
+MAX_IRREGULARITY = 0.035
+"""Largest root mean square distance of nosings from the lattice, m, beyond the noise."""
+
+
+def find_rejections(
+    refined: RefinedLattice, extents: StepExtents, chosen: IntArray, width: float, config: Config
+) -> tuple[Rejection, ...]:
+    """Return all the rules that a measured lattice breaks; none when it is a stairway.
+
+    Parameters
+    ----------
+    refined
+        The lattice.
+    extents
+        Extents of its steps.
+    chosen
+        Indices of the nosings that were seen.
+    width
+        Distance between the stairs' ends, m.
+    config
+        Uses ``envelope`` and ``detection.min_steps``.
+    """
+    envelope = config.envelope
+    found = []
+    if len(chosen) < config.detection.min_steps:
+        found.append(
+            Rejection(rule="min_steps", measured=len(chosen), limit=config.detection.min_steps, unit="1")
+        )
+    rise, run = refined.rise, abs(refined.run)
+    pitch = float(np.degrees(np.arctan2(rise, run)))
+    rise_slack, run_slack = (min(2.0 * refined.covariance[slot, slot] ** 0.5, 0.02) for slot in (0, 1))
+    for rule, value, low, high, slack, unit in (
+        ("rise", rise, envelope.min_rise, envelope.max_rise, rise_slack, "m"),
+        ("run", run, envelope.min_run, envelope.max_run, run_slack, "m"),
+        ("pitch", pitch, envelope.min_pitch_deg, envelope.max_pitch_deg, 1.0, "deg"),
+    ):
+        if value < low - slack:
+            found.append(Rejection(rule=f"min_{rule}", measured=value, limit=low, unit=unit))
+        elif value > high + slack:
+            found.append(Rejection(rule=f"max_{rule}", measured=value, limit=high, unit=unit))
+    if width < envelope.min_width:
+        found.append(Rejection(rule="min_width", measured=width, limit=envelope.min_width, unit="m"))
+    see_through = _see_through_share(refined, extents, chosen)
+    if see_through > MAX_SEE_THROUGH:
+        found.append(Rejection(rule="max_see_through", measured=see_through, limit=MAX_SEE_THROUGH, unit="1"))
+    irregularity = _irregularity(refined, chosen)
+    if irregularity > MAX_IRREGULARITY:
+        found.append(
+            Rejection(rule="max_irregularity", measured=irregularity, limit=MAX_IRREGULARITY, unit="m")
+        )
+    return tuple(found)
+
+
+def _see_through_share(refined: RefinedLattice, extents: StepExtents, chosen: IntArray) -> float:
+    """Share of the pixels between the steps' ends that lie behind the surfaces of the stairs.
+
+    Stairs with open risers let one look through where risers would be. Where three treads or
+    more were seen, only what lies behind treads counts.
+    """
+    if len(chosen) == 0:
+        return 0.0
+    left, right = np.nanmedian(extents.left[chosen]), np.nanmedian(extents.right[chosen])
+    members, pixels = refined.members, refined.pixels
+    between = (pixels.left < left - 0.03) & (pixels.left > right + 0.03)
+    between &= (members.index >= chosen[0]) & (members.index <= chosen[-1])
+    behind = np.flatnonzero(between & members.inside)
+    through_tread = _enters_by_tread(refined, behind)
+    num_treads = np.count_nonzero(refined.nosings.num_tread_pixels[chosen] >= MIN_TREAD_PIXELS)
+    on_tread = int(np.count_nonzero(between & members.tread))
+    if num_treads >= 3:
+        num_through = int(np.count_nonzero(through_tread))
+        return num_through / max(on_tread + num_through, 1)
+    on_riser = int(np.count_nonzero(between & members.riser))
+    return len(behind) / max(on_tread + on_riser + len(behind), 1)
+
+
+def _enters_by_tread(refined: RefinedLattice, chosen: IntArray) -> Mask:
+    """Whether the rays of some pixels enter the solid stairs through a tread, not through a riser."""
+    s, z = refined.pixels.forward[chosen], refined.pixels.height[chosen]
+    slope = (z / np.maximum(s, 1e-3))[:, None]
+    index = np.arange(len(refined.nosings.num_tread_pixels))
+    riser_s = refined.distance + index * refined.run
+    riser_phase = (slope * riser_s - refined.height) / refined.rise - index
+    hits_riser = (riser_phase > -1.0) & (riser_phase <= 0.0)
+    first_riser = np.where(hits_riser, riser_s, np.inf).min(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tread_s = (refined.height + index * refined.rise) / slope
+    tread_phase = (tread_s - refined.distance) / refined.run - index
+    hits_tread = (tread_phase > 0.0) & (tread_phase < 1.0) & (tread_s > 0)
+    first_tread = np.where(hits_tread, tread_s, np.inf).min(axis=1)
+    return np.asarray(first_tread < first_riser)
+
+
+def _irregularity(refined: RefinedLattice, chosen: IntArray) -> float:
+    """Root mean square distance of the nosings from the lattice beyond their own noise, m."""
+    nosings = refined.nosings
+    residuals = []
+    for value, std, start, spacing in (
+        (nosings.distance, nosings.distance_std, refined.distance, refined.run),
+        (nosings.height, nosings.height_std, refined.height, refined.rise),
+    ):
+        known = chosen[np.isfinite(value[chosen])]
+        excess = np.abs(value[known] - start - known * spacing) - 2.0 * std[known]
+        residuals.append(np.maximum(excess, 0.0))
+    joined = np.concatenate(residuals)
+    return float(np.sqrt(np.mean(joined**2))) if len(joined) else 0.0
