@@ -12,6 +12,9 @@ from stairmap.arrays import Float64Array, IntArray, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage, SurfaceNormals
 from stairmap.geometry import normalized
 
+MAX_PEAKS = 6
+"""Peaks of the heading histogram that are looked at."""
+
 UPRIGHT_WEIGHT = 0.1
 """Weight of an upright normal against a level one: floors are level, but risers lean and doors stand ajar."""
 
@@ -136,7 +139,8 @@ def find_headings(surfaces: SurfaceNormals, up: Vector, *, max_headings: int) ->
     is_peak = (smooth >= np.roll(smooth, 1)) & (smooth > np.roll(smooth, -1)) & (smooth > 20)
     points = surfaces.points[upright]
     headings = []
-    for peak in np.flatnonzero(is_peak):
+    peaks = np.flatnonzero(is_peak)
+    for peak in peaks[np.argsort(-smooth[peaks])][:MAX_PEAKS]:
         center = (peak + 0.5) * 2 * np.pi / HEADING_BINS - np.pi
         offsets = (angles - center + np.pi) % (2 * np.pi) - np.pi
         near = np.abs(offsets) < np.radians(8)

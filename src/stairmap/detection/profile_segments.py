@@ -90,14 +90,15 @@ def label_cells(elevation: Elevation, *, noise: float) -> NDArray[np.int8]:
     half = 0.5 * np.cbrt(12.0 * spread**2)
     half = np.clip(half, MIN_HALF_WINDOW * density * q, MAX_HALF_WINDOW * density * q)
     half = np.clip(np.rint(half), MIN_HALF_ROWS, MAX_HALF_ROWS).astype(np.int64)
-    rows = np.arange(num_rows)[:, None]
-    top, bottom = np.maximum(rows - half, 0), np.minimum(rows + half + 1, num_rows)
-
     moments = np.stack([weight, weight * tau, weight * tau**2, q, q * tau])
-    sums = np.zeros((5, num_rows + 1, num_strips))
-    np.cumsum(moments, axis=1, out=sums[:, 1:])
-    columns = np.arange(num_strips)[None, :]
-    count, tau1, tau2, q1, q_tau = sums[:, bottom, columns] - sums[:, top, columns]
+    sums = np.zeros((5, num_rows + 2 * MAX_HALF_ROWS + 1, num_strips))
+    np.cumsum(moments, axis=1, out=sums[:, MAX_HALF_ROWS + 1 : MAX_HALF_ROWS + 1 + num_rows])
+    sums[:, MAX_HALF_ROWS + 1 + num_rows :] = sums[:, MAX_HALF_ROWS + num_rows, None]
+    count, tau1, tau2, q1, q_tau = windows = np.zeros((5, num_rows, num_strips))
+    for size in np.unique(half):
+        first, last = MAX_HALF_ROWS - size, MAX_HALF_ROWS + size + 1
+        window = sums[:, last : last + num_rows] - sums[:, first : first + num_rows]
+        np.copyto(windows, window, where=half == size)
     with np.errstate(divide="ignore", invalid="ignore"):
         mean_tau, mean_q = tau1 / count, q1 / count
         slope = (q_tau / count - mean_tau * mean_q) / (tau2 / count - mean_tau**2)

@@ -30,6 +30,9 @@ UP_PRIOR = np.radians(0.5)
 RAKE_PRIOR = np.radians(5.0)
 """Standard deviation of the lean of risers, rad: 25 mm over a rise, with which codes end, is 8 degrees."""
 
+MAX_PIXELS = (5_000, 14_000)
+"""Pixels looked at in the first and the second round: more rows would tell the same steps again."""
+
 EDGE_SHIFT = 2.5
 """Standard deviation of how far a sensor moves the edges of near surfaces outward, working pixels."""
 
@@ -104,7 +107,7 @@ def refine_lattice(
     run, rise = lattice.run, lattice.rise
     num_nosings = int(lattice.indices[-1]) + 4
     area = image.camera.height * (columns[1] - columns[0])
-    for max_pixels in (12_000, 24_000):
+    for max_pixels in MAX_PIXELS:
         row_step = max(1, -(-area // max_pixels))
         pixels = gather_pixels(image, up, forward, columns=columns, row_step=row_step)
         members = find_members(
