@@ -19,8 +19,15 @@ PIXELS_PER_SAMPLE = 12.0
 MIN_SURFACE_PIXELS = 12
 """Fewest working pixels for a tread or riser to count as seen."""
 
-MIN_TREAD_ROWS = 4.0
-"""A tread below the camera seen over fewer rows than this mixes with its nosing and is not measured."""
+EDGE_ROW_STD = 0.5
+"""Standard deviation of a tread's height that is seen over ``CLEAN_TREAD_ROWS`` rows, working pixels."""
+
+CLEAN_TREAD_ROWS = 5.0
+"""The row at a nosing also shows what a sensor makes of edges: over so many rows it is diluted, over fewer
+its share grows with the square."""
+
+MIN_TREAD_ROWS = 2.0
+"""A tread below the camera seen over fewer rows than this is not measured at all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,6 +109,9 @@ def measure_nosings(
     )
     rows_of_tread = -np.abs(run) * lattice_z / np.maximum(lattice_s, 0.1) ** 2 / pixel_size
     tread_z[rows_of_tread < MIN_TREAD_ROWS] = np.nan
+    edge = EDGE_ROW_STD * pixel_size * np.maximum(lattice_s, 0.1)
+    dilution = CLEAN_TREAD_ROWS / np.maximum(rows_of_tread, MIN_TREAD_ROWS)
+    tread_std = np.hypot(tread_std, edge * np.where(dilution > 1.0, dilution**2, dilution))
 
     owner = np.rint(
         ((ends[:, 0] - distance) * run + (ends[:, 1] - height) * rise) / (run**2 + rise**2)

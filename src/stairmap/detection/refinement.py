@@ -33,7 +33,7 @@ RAKE_PRIOR = np.radians(5.0)
 MAX_PIXELS = (5_000, 14_000)
 """Pixels looked at in the first and the second round: more rows would tell the same steps again."""
 
-EDGE_SHIFT = 2.5
+EDGE_SHIFT = 3.0
 """Standard deviation of how far a sensor moves the edges of near surfaces outward, working pixels."""
 
 STEP_IRREGULARITY = 0.004
