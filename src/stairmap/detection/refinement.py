@@ -56,6 +56,8 @@ class RefinedLattice:
         The pixels in the corrected axes and where they belong; every ``row_step``-th row.
     nosings
         Each nosing as it was measured by itself.
+    noise
+        Standard deviation of inverse depth of a pixel that was reckoned with, 1/m.
     """
 
     up: Vector
@@ -69,6 +71,7 @@ class RefinedLattice:
     members: Membership
     row_step: int
     nosings: MeasuredNosings
+    noise: float
 
 
 def refine_lattice(
@@ -153,6 +156,7 @@ def refine_lattice(
         members=members,
         row_step=row_step,
         nosings=nosings,
+        noise=noise,
     )
 
 

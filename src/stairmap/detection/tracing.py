@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 
 from stairmap.arrays import Float64Array, Mask
@@ -11,6 +12,7 @@ from stairmap.camera import PinholeCamera
 from stairmap.detection.candidates import Candidate
 from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.detection.observation import DetectionTrace, StairObservation
+from stairmap.detection.stair_pixels import find_members, gather_pixels
 from stairmap.frame import DepthFrame
 
 
@@ -34,7 +36,7 @@ def trace_detection(
     if with_surfaces:
         best = max(with_surfaces, key=lambda candidate: candidate.score)
         _paint(treads, risers, image, best)
-    edge_pixels = _dilated(treads, 2) & _dilated(risers, 2)
+    edge_pixels = _dilated(treads, 3 * image.stride) & _dilated(risers, 3 * image.stride)
     accepted = [
         frame.camera.project(edge.nosing).reshape(4)
         for observation in observations
@@ -68,22 +70,29 @@ def _candidate_lines(camera: PinholeCamera, candidate: Candidate) -> Float64Arra
 
 
 def _paint(treads: Mask, risers: Mask, image: InverseDepthImage, candidate: Candidate) -> None:
-    """Mark a candidate's surfaces in masks of the frame's size."""
+    """Mark a candidate's surfaces, of all its pixels, in masks of the frame's size."""
     refined = candidate.refined
     assert refined is not None
-    height_px, width_px = image.stride * refined.row_step, image.stride
-    for mask, chosen in ((treads, refined.members.tread), (risers, refined.members.riser)):
-        small = np.zeros((-(-mask.shape[0] // height_px), -(-mask.shape[1] // width_px)), dtype=bool)
-        small[refined.pixels.row[chosen] // refined.row_step, refined.pixels.column[chosen]] = True
-        large = np.repeat(np.repeat(small, height_px, axis=0), width_px, axis=1)
-        np.logical_or(mask, large[: mask.shape[0], : mask.shape[1]], out=mask)
+    columns = (int(refined.pixels.column.min()), int(refined.pixels.column.max()) + 1)
+    pixels = gather_pixels(image, refined.up, refined.forward, columns=columns)
+    members = find_members(
+        pixels,
+        distance=refined.distance,
+        height=refined.height,
+        run=refined.run,
+        rise=refined.rise,
+        noise=refined.noise,
+        num_nosings=len(refined.nosings.num_tread_pixels),
+    )
+    for mask, chosen in ((treads, members.tread), (risers, members.riser)):
+        small = np.zeros(image.valid.shape, dtype=bool)
+        small[pixels.row[chosen], pixels.column[chosen]] = True
+        large = np.repeat(np.repeat(small, image.stride, axis=0), image.stride, axis=1)
+        height, width = large.shape
+        mask[:height, :width] |= large
 
 
 def _dilated(mask: Mask, radius: int) -> Mask:
     """The mask grown by a square."""
-    grown = mask.copy()
-    for axis in (0, 1):
-        current = grown.copy()
-        for shift in range(-radius, radius + 1):
-            grown |= np.roll(current, shift, axis=axis)
-    return grown
+    kernel = np.ones((2 * radius + 1, 2 * radius + 1), np.uint8)
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), kernel) > 0)
