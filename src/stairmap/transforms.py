@@ -153,11 +153,23 @@ def interpolate_poses(stamps_ns: IntArray, poses: Float64Array, wanted_ns: IntAr
 
 def _rotation_vectors(rotations: Float64Array) -> Float64Array:
     """(N, 3) rotation vectors of (N, 3, 3) rotations."""
-    quats = np.array([quat_from_rotation(rotation) for rotation in rotations]).reshape(-1, 4)
-    sine = np.linalg.norm(quats[:, :3], axis=1)
-    angle = 2 * np.arctan2(sine, quats[:, 3])
-    scale = np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 2.0)
-    return np.asarray(quats[:, :3] * scale[:, None])
+    vectors = 0.5 * np.stack(
+        [
+            rotations[:, 2, 1] - rotations[:, 1, 2],
+            rotations[:, 0, 2] - rotations[:, 2, 0],
+            rotations[:, 1, 0] - rotations[:, 0, 1],
+        ],
+        axis=1,
+    )
+    sine = np.linalg.norm(vectors, axis=1)
+    angle = np.arctan2(sine, (np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2.0)
+    vectors *= np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 1.0)[:, None]
+    # Near half a turn the antisymmetric part vanishes, and only the quaternion tells the axis.
+    for index in np.flatnonzero(angle > 3.0):
+        quat = quat_from_rotation(rotations[index])
+        axis_length = float(np.linalg.norm(quat[:3]))
+        vectors[index] = quat[:3] / axis_length * 2 * np.arctan2(axis_length, quat[3])
+    return np.asarray(vectors)
 
 
 def _rotations(vectors: Float64Array) -> Float64Array:
