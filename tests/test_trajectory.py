@@ -46,7 +46,7 @@ def test_wider_gaps_are_bridged_when_the_caller_allows_them() -> None:
     assert straight_drive([0, 2000]).pose_at(500 * MS, max_gap_ns=2000 * MS)[0, 3] == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("stamp_ns", [-1, 100 * MS + 1])
+@pytest.mark.parametrize("stamp_ns", [-2_000, 100 * MS + 2_000])
 def test_nothing_is_extrapolated(stamp_ns: int) -> None:
     trajectory = straight_drive([0, 100])
     assert not trajectory.has_pose(np.array([stamp_ns])).any()
@@ -102,3 +102,9 @@ def test_trajectory_cannot_be_written_to_and_does_not_follow_its_source() -> Non
 
 def test_length_is_the_number_of_poses() -> None:
     assert len(straight_drive([0, 30, 60])) == 3
+
+
+def test_a_stamp_printed_by_way_of_a_float_is_the_same_stamp() -> None:
+    trajectory = straight_drive([0, 2000])
+    assert trajectory.has_pose(np.array([2000 * MS - 240, 500 * MS])).tolist() == [True, False]
+    np.testing.assert_array_equal(trajectory.pose_at(2000 * MS - 240), trajectory.map_from_camera[1])
