@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -50,3 +51,14 @@ def test_version_is_that_of_the_package():
 def test_choices_are_those_of_the_code():
     assert {method.value for method in Method} == set(METHODS)
     assert {up.value for up in Up} == {*UP_AXES, UP_AUTO}
+
+
+def test_terminal_that_cannot_spell_a_sign_gets_another():
+    result = subprocess.run(
+        [sys.executable, "-m", "stairmap", "config"],
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "(? 0, < 90)" in result.stdout

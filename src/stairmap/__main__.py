@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import io
+import sys
+
 
 def main() -> None:
     """Run the command line and exit with its code (ARCHITECTURE.md section 6)."""
     from stairmap.cli.app import app  # noqa: PLC0415
 
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that cannot spell "±" or "≥" gets "?", not a traceback after an hour of frames.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     app(prog_name="stairmap")
 
 
