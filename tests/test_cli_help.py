@@ -56,7 +56,7 @@ def test_choices_are_those_of_the_code():
 def test_terminal_that_cannot_spell_a_sign_gets_another():
     result = subprocess.run(
         [sys.executable, "-m", "stairmap", "config"],
-        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        env={**os.environ, "PYTHONIOENCODING": "latin-1"},
         capture_output=True,
         text=True,
         check=True,
