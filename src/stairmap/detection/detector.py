@@ -40,6 +40,9 @@ from stairmap.frame import DepthFrame
 MIN_VALID_SHARE = 0.02
 """A frame with a smaller share of measured pixels is not looked at."""
 
+MAX_HEADINGS = 2
+"""Headings of upright surfaces that are tried; the one of risers stands at most distances."""
+
 MIN_DISTANCES = 4
 """Once a stairway was found, other headings are tried only where surfaces stand at so many distances."""
 
@@ -98,10 +101,10 @@ class StairEdgeDetector:
             return (Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1"),)
         limit = np.radians(self._config.detection.max_up_correction_deg)
         up = correct_up(surfaces, up, max_correction=limit)
-        headings = find_headings(surfaces, up, max_headings=3)
+        headings = find_headings(surfaces, up, max_headings=MAX_HEADINGS)
         self._try_headings(image, surfaces, up, headings, frame, candidates)
         if not any(candidate.observation for candidate in candidates):
-            others = find_line_headings(image, up, known=headings, max_headings=2)
+            others = find_line_headings(image, up, known=headings, max_headings=1)
             self._try_headings(image, surfaces, up, others, frame, candidates)
             headings = [*headings, *others]
         if len(headings) == 0:
