@@ -22,7 +22,8 @@ def observe(flight: Flight, *, shift: tuple[float, float, float] = (0, 0, 0)) ->
         stamp_ns=0, view="ascending", up=POSE[2, :3], forward=POSE[:3, :3].T @ flight.forward,
         edges=tuple(
             StairEdge(
-                nosing=nosing, step_index=index, left_bounded=True, right_bounded=True, cue="jump", num_pixels=9
+                nosing=nosing, step_index=index, left_bounded=True, right_bounded=True,
+                cue="jump", num_pixels=9,
             )
             for index, nosing in enumerate(nosings)
         ),

@@ -1,0 +1,194 @@
+"""Measure what stairmap costs: per frame and stage, against bare OpenCV, over 10,000 frames, at start.
+
+Writes the section "speed" of BENCHMARKS.md. All times are processor times of one thread; what is compared is
+measured in turn on the same frames in the same run, so that a busy machine slows all of them alike.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from document import describe_run, write_section
+from long_runs import measure_growth, measure_queries
+from samples import Sample, load_samples, timed
+from stage_times import timed_stages
+
+from stairmap.config import Config
+from stairmap.delmerico2013 import lines as report_lines
+from stairmap.detection.observation import StairObservation
+from stairmap.evaluation.table_format import format_table
+from stairmap.pipeline import METHODS, Detector, Modeler
+
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""Environment in which numpy computes on one thread; it must be set before numpy is imported."""
+
+SIZES = (320, 640)
+NUM_STARTS = 9
+
+
+def main() -> None:
+    """Measure everything and write the section."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cache", type=Path, default=None, help="keep rendered frames here")
+    parser.add_argument("--num-frames", type=int, default=10_000, help="length of the long run")
+    arguments = parser.parse_args()
+    if os.environ | ONE_THREAD != os.environ:
+        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | ONE_THREAD)
+    cv2.setNumThreads(1)
+    started = time.monotonic()
+    samples = {width: load_samples(width, arguments.cache) for width in SIZES}
+    parts = [
+        "## Speed",
+        "### Per frame, one thread",
+        measure_frames(samples),
+        "### Where the default detector's time goes",
+        measure_stages(samples),
+        f"### Over {arguments.num_frames:,} frames, 320×240",
+        measure_growth(samples[320], arguments.num_frames),
+        "### After a loop closure over 10,000 observations",
+        measure_queries(samples[320]),
+        "### Start",
+        measure_start(),
+    ]
+    parts.insert(1, describe_run(time.monotonic() - started))
+    write_section("speed", "\n\n".join(parts))
+    print("\n\n".join(parts))
+
+
+def measure_frames(samples: dict[int, list[Sample]]) -> str:
+    """Return the table of medians per frame of bare OpenCV and both methods, taken in turn."""
+    rows = []
+    for width, mine in samples.items():
+        detectors = {name: make[0](Config()) for name, make in METHODS.items()}
+        modelers = {name: make[1](Config()) for name, make in METHODS.items()}
+        for sample in mine[:5]:
+            for detector in detectors.values():
+                detector.detect(sample.frame)
+        seconds: dict[str, list[float]] = {}
+        for sample in mine:
+            edges, spent = timed(find_edges, sample.grey)
+            seconds.setdefault("Canny", []).append(spent)
+            _, spent = timed(find_lines, edges)
+            seconds.setdefault("HoughLinesP", []).append(spent)
+            for name, detector in detectors.items():
+                detection, spent = timed(detector.detect, sample.frame)
+                seconds.setdefault(f"{name}: detection", []).append(spent)
+                _, spent = timed(add_all, modelers[name], detection.observations)
+                seconds.setdefault(f"{name}: modeling", []).append(spent)
+        rows += frame_rows(
+            f"{width}×{width * 3 // 4}", mine, {k: np.array(v) * 1e3 for k, v in seconds.items()}
+        )
+    header = ("image", "", "stairs ms", "× OpenCV", "clutter ms", "× OpenCV", "all ms", "× OpenCV")
+    note = (
+        f"Medians over {len(samples[320])} frames of simulated Kinect v1 (four drives to stairs, one through "
+        "a cluttered room without). OpenCV is `cv2.Canny` and `cv2.HoughLinesP` with the report's parameters "
+        "on the 8-bit image of the same frame, one thread. The report's method works on 320×240 pixels of "
+        "either image, and fits its models when it is asked for them."
+    )
+    return note + "\n\n" + format_table(header, rows, num_left=2)
+
+
+def frame_rows(size: str, samples: list[Sample], ms: dict[str, np.ndarray]) -> list[list[str]]:
+    """Return the lines of one image size."""
+    has_stairs = np.array([sample.has_stairs for sample in samples])
+    groups = (has_stairs, ~has_stairs, np.ones(len(samples), dtype=bool))
+    ms = {"Canny": ms.pop("Canny"), "HoughLinesP": ms.pop("HoughLinesP"), **ms}
+    bare = ms["Canny"] + ms["HoughLinesP"]
+    lines = {"Canny": ms["Canny"], "HoughLinesP": ms["HoughLinesP"], "Canny and HoughLinesP": bare}
+    for name in METHODS:
+        detection, modeling = ms[f"{name}: detection"], ms[f"{name}: modeling"]
+        lines |= {
+            f"{name}: detection": detection,
+            f"{name}: modeling": modeling,
+            f"**{name}**": detection + modeling,
+        }
+    rows = []
+    for name, values in lines.items():
+        row = [size, name]
+        for group in groups:
+            median = float(np.median(values[group]))
+            row += [f"{median:.2f}", f"{median / float(np.median(bare[group])):.1f}"]
+        rows.append(row)
+        size = ""
+    return rows
+
+
+def measure_stages(samples: dict[int, list[Sample]]) -> str:
+    """Return the table of mean times of the detector's parts."""
+    means: dict[int, dict[str, float]] = {}
+    for width, mine in samples.items():
+        detector = METHODS["stairmap"][0](Config())
+        with timed_stages() as seconds:
+            _, total = timed(detect_all, detector, mine)
+        seconds["the rest"] = total - sum(seconds.values())
+        means[width] = {name: 1e3 * value / len(mine) for name, value in seconds.items()}
+        means[width]["all"] = 1e3 * total / len(mine)
+    names = sorted(means[320], key=lambda name: (name in ("the rest", "all"), -means[320][name]))
+    names = [*(name for name in names if name != "all"), "all"]
+    rows = [
+        [f"`{name}`" if "_" in name else name, *(f"{means[w].get(name, 0):.2f}" for w in SIZES)]
+        for name in names
+    ]
+    return format_table(("function", *(f"{w}×{w * 3 // 4}, mean ms" for w in SIZES)), rows)
+
+
+def measure_start() -> str:
+    """Return how long a fresh interpreter takes."""
+    executable = str(Path(sys.executable).parent / "stairmap")
+    commands = {
+        "`python -c pass`": [sys.executable, "-c", "pass"],
+        "`python -c 'import numpy'`": [sys.executable, "-c", "import numpy"],
+        "`python -c 'import stairmap'`": [sys.executable, "-c", "import stairmap"],
+        "`stairmap --help`": [executable, "--help"],
+        "`stairmap run --help`": [executable, "run", "--help"],
+    }
+    seconds: dict[str, list[float]] = {name: [] for name in commands}
+    for _ in range(NUM_STARTS):
+        for name, command in commands.items():
+            start = time.monotonic()
+            subprocess.run(command, check=True, capture_output=True)
+            seconds[name].append(time.monotonic() - start)
+    rows = [[name, f"{statistics.median(s):.2f}", f"{min(s):.2f}"] for name, s in seconds.items()]
+    return format_table(("command", f"median of {NUM_STARTS}, s of wall time", "fastest, s"), rows)
+
+
+def find_edges(grey: np.ndarray) -> np.ndarray:
+    """Run bare Canny with the report's parameters."""
+    return cv2.Canny(grey, *report_lines.CANNY_THRESHOLDS, apertureSize=report_lines.CANNY_KERNEL)
+
+
+def find_lines(edges: np.ndarray) -> np.ndarray | None:
+    """Run the bare probabilistic Hough transform with the report's parameters."""
+    return cv2.HoughLinesP(
+        edges,
+        report_lines.HOUGH_DISTANCE,
+        report_lines.HOUGH_ANGLE,
+        report_lines.HOUGH_THRESHOLD,
+        minLineLength=report_lines.HOUGH_MIN_LENGTH,
+        maxLineGap=report_lines.HOUGH_MAX_GAP,
+    )
+
+
+def add_all(modeler: Modeler, observations: Sequence[StairObservation]) -> None:
+    """Give observations to a modeler."""
+    for observation in observations:
+        modeler.add(observation)
+
+
+def detect_all(detector: Detector, samples: Sequence[Sample]) -> None:
+    """Look at all frames."""
+    for sample in samples:
+        detector.detect(sample.frame)
+
+
+if __name__ == "__main__":
+    main()
