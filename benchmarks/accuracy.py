@@ -19,7 +19,7 @@ from goals import find_goals, sensor_of, summarize_by
 
 from stairmap.evaluation.convergence import draw_convergences, record_convergence
 from stairmap.evaluation.detection_rates import QUICK_GRID, RateGrid, RatePanel, measure_panels
-from stairmap.evaluation.rate_plots import draw_rates
+from stairmap.evaluation.rate_plots import Rate, draw_rates
 from stairmap.evaluation.real import RealResult, run_real_suite
 from stairmap.evaluation.running import TrialSettings, run_trials
 from stairmap.evaluation.suites import SIMULATED_SUITES, TrialChoice, make_specs
@@ -139,7 +139,8 @@ def draw_all_rates(panels: Sequence[RatePanel], grid: RateGrid) -> list[str]:
     ]
     for method in METHODS:
         mine = [panel for panel in panels if panel.method == method]
-        for rate, name in (("recall", "recall"), ("false_rate", "false")):
+        rates: tuple[tuple[Rate, str], ...] = (("recall", "recall"), ("false_rate", "false"))
+        for rate, name in rates:
             path = PICTURES / f"{name}_{method}.png"
             path.write_bytes(png_from_figure(draw_rates(mine, grid, rate=rate)))
             mean = np.mean([getattr(panel, rate) for panel in mine])

@@ -72,7 +72,8 @@ def find_goals(results: Sequence[TrialResult], real: Sequence[RealResult]) -> li
         _mean_goal(s, "width", 0.020, "mm"),
         _mean_goal(s, "pitch", float(np.radians(0.3)), "°"),
         _mean_goal(s, "heading", float(np.radians(1.0)), "°"),
-        *(_mean_goal(s, name, 0.030, "mm") for name in ("across", "along", "up")),
+        _mean_goal(s, "place", 0.030, "mm"),
+        _mean_goal(s, "up", 0.030, "mm"),
     ]
     steps = s.num_steps_right / max(s.num_steps_judged, 1)
     within_1, within_2 = s.errors["all"].share_within_1, s.errors["all"].share_within_2

@@ -10,7 +10,7 @@ from true_drives import make_drifts, make_flight, make_stairways, make_true_flig
 
 from stairmap.evaluation.drift import find_drift_spread, move_flight
 from stairmap.evaluation.judging import judge_stairways
-from stairmap.evaluation.metrics import MEASURES
+from stairmap.evaluation.metrics import CALIBRATED
 from stairmap.transforms import transform_points
 
 FLIGHT = make_flight()
@@ -22,7 +22,7 @@ def test_a_perfect_estimate_is_found_without_error() -> None:
     (result,) = judgement.flights
     assert result.is_found and not result.is_missed
     assert result.errors is not None
-    np.testing.assert_allclose([result.errors.errors[name] for name in MEASURES], 0, atol=1e-9)
+    np.testing.assert_allclose([result.errors.errors[name] for name in CALIBRATED], 0, atol=1e-9)
     assert judgement.false_flights == ()
 
 
@@ -47,7 +47,7 @@ def test_a_perfect_estimate_on_drifting_odometry_has_no_error() -> None:
     (result,) = judge_stairways(make_stairways([seen]), truth, observed).flights
     assert result.num_observed_frames == 3
     assert result.errors is not None
-    np.testing.assert_allclose([result.errors.errors[name] for name in MEASURES], 0, atol=1e-9)
+    np.testing.assert_allclose([result.errors.errors[name] for name in CALIBRATED], 0, atol=1e-9)
     assert result.drift_spread == pytest.approx(find_drift_spread(FLIGHT, drifts[4:7]))
     (unmoved,) = judge_stairways(make_stairways([FLIGHT]), truth, observed).flights
     assert unmoved.errors is not None

@@ -98,7 +98,7 @@ def judge_stairways(
                 num_observed_frames=len(frames[index]),
                 drift_spread=find_drift_spread(true.flight, drifts[index]),
                 estimate=None if estimate is None else describe_estimate(estimate),
-                errors=None if estimate is None else find_errors(estimate, true, moved[index]),
+                errors=None if estimate is None else find_errors(estimate, true, drifts[index]),
             )
         )
     false = [{"reason": "duplicate", **describe_estimate(estimates[row])} for row in matching.duplicates]

@@ -1,9 +1,12 @@
 """How far an estimated flight is from the truth, in its measures and in units of its stated deviation.
 
 All errors are estimate minus truth, SI units. ``width`` is judged when both sides are bounded in the
-estimate: a width with an unbounded side is a lower bound, not a measurement. ``across``, ``along`` and
-``up`` are the base's error in the axes of the true flight; ``across`` also needs both sides, because an
-unseen end moves the middle.
+estimate; a width with an unbounded side is a lower bound and stands apart as ``open_width``.
+``across``, ``along`` and ``up`` are the base's error in the axes of the true flight; ``across`` also needs
+both sides, because an unseen end moves the middle. They are taken against the mean drift over the frames
+of the flight. A method may weight these frames as it likes, so ``place`` also tells the horizontal
+distance of the base from the nearest place that the drift moved it to in any of them: what no weighting
+explains.
 """
 
 from __future__ import annotations
@@ -13,12 +16,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray
+from stairmap.arrays import Float64Array, IntArray, Vector
+from stairmap.evaluation.drift import move_flight
 from stairmap.evaluation.truth import TrueFlight
 from stairmap.geometry import wrapped_angle
 from stairmap.stairway import Flight
 
-MEASURES = ("rise", "run", "width", "pitch", "heading", "across", "along", "up")
+CALIBRATED = ("rise", "run", "width", "pitch", "heading", "across", "along", "up")
+"""Measures for which a standard deviation is stated."""
+
+MEASURES = (*CALIBRATED, "place", "open_width")
 """What is judged, in the order of the tables."""
 
 
@@ -31,11 +38,12 @@ class FlightErrors:
     errors
         Estimate minus truth for each of ``MEASURES``, m and rad; NaN where it cannot be judged.
     stds
-        Standard deviation that the estimate states for each; NaN where it states none.
+        Standard deviation that the estimate states for each of ``CALIBRATED``; NaN where it states none.
     lowest_step
         Which true step the estimate takes for its first: 0 is right, negative one that is not there.
     num_steps_right
-        Whether every step surely seen is there and none that was never in view.
+        Whether every step surely seen is there, and none that was never in view. One step beyond
+        those in view is no error: its riser or tread is seen before its nosing.
     num_risers_right
         Whether ``num_risers`` is the true one; ``None`` unless the whole flight was in view.
     """
@@ -47,7 +55,7 @@ class FlightErrors:
     num_risers_right: bool | None
 
 
-def find_errors(estimate: Flight, truth: TrueFlight, moved: Flight) -> FlightErrors:
+def find_errors(estimate: Flight, truth: TrueFlight, drifts: Float64Array) -> FlightErrors:
     """Return the errors of an estimate.
 
     The base is judged where the estimate has it: if the lowest true step was in view, against the
@@ -60,15 +68,16 @@ def find_errors(estimate: Flight, truth: TrueFlight, moved: Flight) -> FlightErr
         Estimated flight in the odometry's map.
     truth
         The true flight and how it was seen.
-    moved
-        The true flight moved into the odometry's map.
+    drifts
+        (N, 4, 4) drifts of the frames in which the flight was observed.
     """
+    moved = move_flight(truth.flight, drifts)
     rotation = moved.map_from_flight[:3, :3]
     lowest_step = _find_lowest_step(estimate, moved, rotation)
     foot = moved.base
     if not truth.possibly_seen[0] and 0 < lowest_step < len(moved.steps):
         foot = moved.steps[lowest_step].nosing.mean(axis=0) - [0.0, 0.0, moved.rise]
-    across_first = (estimate.base - foot) @ rotation
+    offset = (estimate.base - foot) @ rotation
     is_bounded = estimate.left_bounded and estimate.right_bounded
     errors = {
         "rise": estimate.rise - moved.rise,
@@ -76,9 +85,11 @@ def find_errors(estimate: Flight, truth: TrueFlight, moved: Flight) -> FlightErr
         "width": estimate.width - moved.width if is_bounded else np.nan,
         "pitch": estimate.pitch - moved.pitch,
         "heading": wrapped_angle(estimate.heading - moved.heading),
-        "across": across_first[1] if is_bounded else np.nan,
-        "along": across_first[0],
-        "up": across_first[2],
+        "across": offset[1] if is_bounded else np.nan,
+        "along": offset[0],
+        "up": offset[2],
+        "place": _find_distance(estimate, foot - moved.base, truth.flight, drifts, is_bounded=is_bounded),
+        "open_width": np.nan if is_bounded else estimate.width - moved.width,
     }
     seen = np.arange(lowest_step, lowest_step + estimate.num_risers)
     sure, possible = np.flatnonzero(truth.surely_seen), np.flatnonzero(truth.possibly_seen)
@@ -87,7 +98,9 @@ def find_errors(estimate: Flight, truth: TrueFlight, moved: Flight) -> FlightErr
         errors={name: float(value) for name, value in errors.items()},
         stds=_stated_stds(estimate, rotation),
         lowest_step=lowest_step,
-        num_steps_right=bool(np.isin(sure, seen).all() and np.isin(seen, _filled(possible)).all()),
+        num_steps_right=bool(
+            np.isin(sure, seen).all() and np.isin(seen, _with_neighbours(possible, moved.num_risers)).all()
+        ),
         num_risers_right=right,
     )
 
@@ -102,9 +115,26 @@ def _find_lowest_step(estimate: Flight, moved: Flight, rotation: Float64Array) -
     return round(float(np.array([local[0], local[2] - moved.rise]) @ slope / (slope @ slope)))
 
 
-def _filled(indices: IntArray) -> IntArray:
-    """Return all numbers from the first to the last index: what an obstacle hides lies between."""
-    return np.arange(indices[0], indices[-1] + 1) if len(indices) else indices
+def _find_distance(
+    estimate: Flight, step: Vector, true: Flight, drifts: Float64Array, *, is_bounded: bool
+) -> float:
+    """Return the horizontal distance of an estimate's base from the nearest of all drifted ones.
+
+    ``step`` leads from the true base to the foot of the step that the estimate begins with; without both
+    sides only the distance along the flight is known.
+    """
+    bases = drifts[:, :3, :3] @ true.base + drifts[:, :3, 3] + step
+    offsets = (estimate.base - bases) @ estimate.map_from_flight[:3, :2]
+    if not is_bounded:
+        return float(np.abs(offsets[:, 0]).min())
+    return float(np.hypot(offsets[:, 0], offsets[:, 1]).min())
+
+
+def _with_neighbours(indices: IntArray, num_risers: int) -> IntArray:
+    """Return all steps from the first to the last in view, for what an obstacle hides, and one beyond each."""
+    if len(indices) == 0:
+        return indices
+    return np.arange(max(indices[0] - 1, 0), min(indices[-1] + 2, num_risers))
 
 
 def _stated_stds(estimate: Flight, rotation: Float64Array) -> dict[str, float]:
@@ -116,5 +146,5 @@ def _stated_stds(estimate: Flight, rotation: Float64Array) -> dict[str, float]:
     }  # fmt: skip
     return {
         name: float(stated[name]) if np.isfinite(stated[name]) and stated[name] > 0 else float("nan")
-        for name in MEASURES
+        for name in CALIBRATED
     }

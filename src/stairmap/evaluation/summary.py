@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stairmap.evaluation.metrics import MEASURES
+from stairmap.evaluation.metrics import CALIBRATED, MEASURES
 from stairmap.evaluation.trials import TrialResult
 
 
@@ -105,13 +105,14 @@ def summarize(results: Iterable[TrialResult]) -> Summary:
     num_frames = sum(result.num_frames for result in ended)
     statistics = {
         name: estimate_statistics(
-            [errors.errors[name] for errors in judged], [errors.stds[name] for errors in judged]
+            [errors.errors[name] for errors in judged],
+            [errors.stds.get(name, float("nan")) for errors in judged],
         )
         for name in MEASURES
     }
     statistics["all"] = estimate_statistics(
-        [errors.errors[name] for errors in judged for name in MEASURES],
-        [errors.stds[name] for errors in judged for name in MEASURES],
+        [errors.errors[name] for errors in judged for name in CALIBRATED],
+        [errors.stds[name] for errors in judged for name in CALIBRATED],
     )
     return Summary(
         num_trials=len(every),

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from stairmap.evaluation.metrics import MEASURES
+from stairmap.evaluation.metrics import CALIBRATED, MEASURES
 from stairmap.evaluation.real import RealResult
 from stairmap.evaluation.summary import ErrorStatistics, Summary, group_results, summarize
 from stairmap.evaluation.table1 import format_table_1
@@ -23,6 +23,7 @@ UNITS: dict[str, tuple[float, str, int]] = {
 _TRIAL_HEADER = (
     "scene", "sensor", "robot", "seed", "method", "found", "missed", "false", "seen in", "false in",
     "rise mm", "run mm", "width mm", "pitch °", "heading °", "across mm", "along mm", "up mm",
+    "place mm", "open width mm",
     "drift mm", "steps", "ms",
 )  # fmt: skip
 
@@ -120,7 +121,7 @@ def format_summary(summaries: Mapping[str, Summary]) -> str:
         ],
     ]
     for name in MEASURES:
-        rows.append([f"{name}: mean abs / worst / bias, {UNITS[name][1]}"])
+        rows.append([f"{name.replace('_', ' ')}: mean abs / worst / bias, {UNITS[name][1]}"])
         rows[-1] += [format_errors(name, s.errors[name]) for s in summaries.values()]
     rows += [
         [
@@ -132,7 +133,7 @@ def format_summary(summaries: Mapping[str, Summary]) -> str:
             *(_ratio(s.num_risers_right, s.num_risers_judged) for s in summaries.values()),
         ],
     ]
-    for name in (*MEASURES, "all"):
+    for name in (*CALIBRATED, "all"):
         rows.append([f"{name}: errors within 1σ / 2σ"])
         rows[-1] += [_calibration(s.errors[name]) for s in summaries.values()]
     rows += [
