@@ -44,7 +44,7 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
     """
     normals = surfaces.normals
     corrected = up
-    for level_limit, upright_limit in ((15.0, 10.0), (9.0, 8.0), (6.0, 6.0)):
+    for level_limit, upright_limit in ((15.0, 10.0), (9.0, 8.0), (5.0, 6.0)):
         along = normals @ corrected.astype(np.float32)
         level = along < -np.cos(np.radians(level_limit))
         upright = np.abs(along) < np.sin(np.radians(upright_limit))

@@ -30,6 +30,13 @@ UP_PRIOR = np.radians(0.5)
 RAKE_PRIOR = np.radians(5.0)
 """Standard deviation of the lean of risers, rad: 25 mm over a rise, with which codes end, is 8 degrees."""
 
+SLOPE_PRIOR, NO_SLOPE = np.radians(1.5), np.radians(0.2)
+"""Standard deviations of how far treads climb from their nosing, rad: they drain with 1 to 2 %, and
+smoothing adds to it; and where they seem to fall."""
+
+MIN_SLOPE = np.radians(0.6)
+"""Treads that climb by less are taken for level, rad."""
+
 MAX_PIXELS = (5_000, 14_000)
 """Pixels looked at in the first and the second round: more rows would tell the same steps again."""
 
@@ -165,12 +172,14 @@ def _fit_rotation(
 ) -> tuple[float, float, float, Float64Array]:
     """Small angles (tilt, roll, turn) that make treads level and risers square, and their covariance.
 
-    Least squares over z + tilt·s + roll·t on treads and s - (tilt + rake)·z + turn·t on risers,
-    each about the mean of its own surface, so that no step's height enters. The rake that all
-    risers share is unknown too: many lean, and a nosing that overhangs looks like it.
+    Least squares over z + (tilt + slope)·s + roll·t on treads and s - (tilt + rake)·z + turn·t
+    on risers, each about the mean of its own surface, so that no step's height enters. The
+    slope that all treads share and the rake that all risers share are unknown too: outdoor treads
+    drain, sensors that smooth make ramps of both, and a nosing that overhangs looks like rake.
+    No tread falls away from its nosing: without a clear climb the treads tell the tilt.
     """
-    information = np.diag([1 / UP_PRIOR**2, 1 / UP_PRIOR**2, 1 / np.radians(10) ** 2, 1 / RAKE_PRIOR**2])
-    gradient = np.zeros(4)
+    information = np.zeros((5, 5))
+    gradient = np.zeros(5)
     for chosen, sign in ((members.tread, 1.0), (members.riser, -1.0)):
         if not chosen.any():
             continue
@@ -182,15 +191,18 @@ def _fit_rotation(
         weight = row_step / PIXELS_PER_SAMPLE / (spread**2 + 0.003**2)
         s, z, t = (_centered(values, weight, index, num_nosings) for values in (s, z, t))
         value, slope = (z, s) if sign > 0 else (s, z)
-        design = np.zeros((4, len(s)))
-        design[0] = sign * slope
-        if sign < 0:
-            design[3] = -slope
+        design = np.zeros((5, len(s)))
+        design[0] = design[4 if sign > 0 else 3] = sign * slope
         design[1 if sign > 0 else 2] = t
         information += (design * weight) @ design.T
         gradient += (design * weight) @ value
-    covariance = np.linalg.inv(information)
-    tilt, roll, turn, _ = -covariance @ gradient
+    for slope_prior in (SLOPE_PRIOR, NO_SLOPE):
+        priors = np.array([UP_PRIOR, UP_PRIOR, np.radians(10), RAKE_PRIOR, slope_prior])
+        covariance = np.linalg.inv(information + np.diag(1.0 / priors**2))
+        tilt, roll, turn, _, tread_slope = -covariance @ gradient
+        # The design adds the slope to the tilt, so a tread that climbs has a negative one.
+        if tread_slope < -MIN_SLOPE:
+            break
     return float(tilt), float(roll), float(turn), covariance[:3, :3]
 
 
