@@ -32,6 +32,8 @@ class FlightResult:
         How far the odometry's drift moved it over those frames, standard deviation, m.
     estimate
         The same measures as estimated, with ``left_bounded`` and ``right_bounded``; ``None``: not found.
+    estimated_id
+        Id of the stairway that the estimate is part of; ``None``: not found.
     errors
         ``None``: not found.
     """
@@ -43,7 +45,8 @@ class FlightResult:
     truth: Mapping[str, float]
     num_observed_frames: int
     drift_spread: float
-    estimate: Mapping[str, float] | None
+    estimate: Mapping[str, Any] | None
+    estimated_id: int | None
     errors: FlightErrors | None
 
     @property
@@ -80,14 +83,16 @@ def judge_stairways(
         For each frame, which true flight each observation was of; ``None``: of nothing that is there.
     """
     estimates = [flight for stairway in stairways for flight in stairway.flights]
+    ids = [stairway.id for stairway in stairways for _ in stairway.flights]
     frames = [frames_of_flight(observed, index) for index in range(len(truth.flights))]
     drifts = [truth.drifts[chosen] if len(chosen) else truth.drifts for chosen in frames]
     moved = [move_flight(true.flight, drift) for true, drift in zip(truth.flights, drifts, strict=True)]
     matching = match_flights(estimates, moved, optional=[true.is_optional for true in truth.flights])
-    estimate_of = {column: estimates[row] for row, column in matching.pairs}
+    row_of = {column: row for row, column in matching.pairs}
     results = []
     for index, true in enumerate(truth.flights):
-        estimate = estimate_of.get(index)
+        row = row_of.get(index)
+        estimate = None if row is None else estimates[row]
         results.append(
             FlightResult(
                 stairway_id=true.stairway_id,
@@ -98,6 +103,7 @@ def judge_stairways(
                 num_observed_frames=len(frames[index]),
                 drift_spread=find_drift_spread(true.flight, drifts[index]),
                 estimate=None if estimate is None else describe_estimate(estimate),
+                estimated_id=None if row is None else ids[row],
                 errors=None if estimate is None else find_errors(estimate, true, drifts[index]),
             )
         )

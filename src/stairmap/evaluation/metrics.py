@@ -131,7 +131,7 @@ def _find_distance(
 
 
 def _with_neighbours(indices: IntArray, num_risers: int) -> IntArray:
-    """Return all steps from the first to the last in view, for what an obstacle hides, and one beyond each."""
+    """Return all steps from one before the first to one behind the last: obstacles hide some between."""
     if len(indices) == 0:
         return indices
     return np.arange(max(indices[0] - 1, 0), min(indices[-1] + 2, num_risers))

@@ -58,6 +58,9 @@ class Summary:
         Matched flights with every step surely in view and no other.
     num_risers_right, num_risers_judged
         The same for ``num_risers`` of flights that were whole in view.
+    num_joined_right, num_joined_judged
+        True stairways of which at least two flights were found, and those of them whose found flights
+        all are in one estimated stairway that holds no flight of another.
     frame_ms, mean_frame_ms, query_ms
         Median over trials of the median time per frame; mean time per frame over all frames;
         mean time of the query, ms.
@@ -80,6 +83,8 @@ class Summary:
     num_steps_judged: int
     num_risers_right: int
     num_risers_judged: int
+    num_joined_right: int
+    num_joined_judged: int
     frame_ms: float
     mean_frame_ms: float
     query_ms: float
@@ -102,6 +107,7 @@ def summarize(results: Iterable[TrialResult]) -> Summary:
     false = [entry["reason"] for result in ended for entry in result.false_flights]
     judged = [flight.errors for flight in flights if flight.errors is not None and not flight.is_optional]
     risers = [errors.num_risers_right for errors in judged if errors.num_risers_right is not None]
+    joined = [is_right for result in ended for is_right in _find_joined(result)]
     num_frames = sum(result.num_frames for result in ended)
     statistics = {
         name: estimate_statistics(
@@ -134,6 +140,8 @@ def summarize(results: Iterable[TrialResult]) -> Summary:
         num_steps_judged=len(judged),
         num_risers_right=sum(risers),
         num_risers_judged=len(risers),
+        num_joined_right=sum(joined),
+        num_joined_judged=len(joined),
         frame_ms=_mean([float(np.median([result.frame_ms for result in ended]))]) if ended else np.nan,
         mean_frame_ms=_mean([result.mean_frame_ms for result in ended for _ in range(result.num_frames)]),
         query_ms=_mean([result.query_ms for result in ended]),
@@ -165,6 +173,20 @@ def group_results(
     for result in results:
         groups.setdefault(key(result), []).append(result)
     return groups
+
+
+def _find_joined(result: TrialResult) -> list[bool]:
+    """Tell for each true stairway with several found flights whether they are one estimated stairway."""
+    parts: dict[int, list[int]] = {}
+    for flight in result.flights:
+        if flight.estimated_id is not None:
+            parts.setdefault(flight.stairway_id, []).append(flight.estimated_id)
+    return [
+        len(set(ids)) == 1
+        and not any(ids[0] in other for other_id, other in parts.items() if other_id != stairway_id)
+        for stairway_id, ids in parts.items()
+        if len(ids) > 1
+    ]
 
 
 def _mean(values: Any) -> float:

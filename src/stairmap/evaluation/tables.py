@@ -112,6 +112,7 @@ def format_summary(summaries: Mapping[str, Summary]) -> str:
             "frames with an observation",
             *(f"{s.num_detections} ({_share(s.num_detections, s.num_frames)})" for s in summaries.values()),
         ],
+        ["observations", *(str(s.num_observations) for s in summaries.values())],
         [
             "frames with a false one",
             *(
@@ -133,6 +134,8 @@ def format_summary(summaries: Mapping[str, Summary]) -> str:
             *(_ratio(s.num_risers_right, s.num_risers_judged) for s in summaries.values()),
         ],
     ]
+    rows.append(["flights of one stairway joined"])
+    rows[-1] += [_ratio(s.num_joined_right, s.num_joined_judged) for s in summaries.values()]
     for name in (*CALIBRATED, "all"):
         rows.append([f"{name}: errors within 1σ / 2σ"])
         rows[-1] += [_calibration(s.errors[name]) for s in summaries.values()]
