@@ -91,6 +91,18 @@ def test_tables_have_a_row_per_trial_and_say_what_crashed() -> None:
     assert "the report" in text
 
 
+def test_flights_of_one_stairway_are_joined_or_not() -> None:
+    other = make_flight(base=FLIGHT.base + np.array([0.0, 8.0, 0.0]))
+    truth = make_truth(make_true_flight(FLIGHT), make_true_flight(other, flight_index=1))
+    apart = make_stairways([FLIGHT, other])
+    joined = (replace(apart[0], flights=(FLIGHT, other)),)
+    for stairways, num_right in ((apart, 0), (joined, 1)):
+        judgement = judge_stairways(stairways, truth, [[0, 1]] * 10)
+        summary = summarize([replace(result_of([FLIGHT]), flights=judgement.flights)])
+        assert (summary.num_joined_right, summary.num_joined_judged) == (num_right, 1)
+    assert summarize([result_of([FLIGHT])]).num_joined_judged == 0
+
+
 def test_groups_keep_their_order() -> None:
     results = [result_of([]), result_of([], sensor="d435"), result_of([])]
     groups = group_results(results, lambda result: result.spec.sensor)
