@@ -1,0 +1,155 @@
+"""In inverse depth a plane is linear, so that a least-squares fit gives its normal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stairmap.arrays import DepthImage, Vector
+from stairmap.camera import PinholeCamera
+from stairmap.detection.inverse_depth import fit_surface_normals, inverse_depth_from_frame
+from stairmap.detection.orientation import correct_up
+from stairmap.frame import DepthFrame
+from stairmap.geometry import normalized
+
+SMALL = PinholeCamera(width=320, height=240, fx=262.5, fy=262.5, cx=159.5, cy=119.5)
+LARGE = SMALL.scaled(2.0)
+
+
+def plane_depth(camera: PinholeCamera, normal: Vector, distance: float) -> DepthImage:
+    """Depth of the plane normal·X = distance, NaN where it lies behind."""
+    along = camera.rays() @ normal
+    return np.where(along > 0.02, distance / np.maximum(along, 0.02), np.nan).astype(np.float32)
+
+
+def frame_of_depth(depth: DepthImage, camera: PinholeCamera) -> DepthFrame:
+    return DepthFrame(stamp_ns=0, depth=depth, camera=camera)
+
+
+def angles_to(normals: np.ndarray, normal: Vector) -> np.ndarray:
+    """Angles between (N, 3) float32 normals and the true one, deg."""
+    sine = np.linalg.norm(np.cross(normals.astype(np.float64), normal), axis=1)
+    return np.degrees(np.arctan2(sine, normals @ normal))
+
+
+@st.composite
+def planes(draw: st.DrawFn) -> tuple[Vector, float]:
+    """A plane that fills the image, up to 40 degrees oblique, 0.5 to 1.5 m away."""
+    tilt, azimuth = np.radians(draw(st.floats(0, 40))), draw(st.floats(0, 2 * np.pi))
+    normal = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
+    return normal, draw(st.floats(0.5, 1.5))
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(planes(), st.sampled_from([SMALL, LARGE]))
+def test_normals_of_a_noise_free_plane_are_exact(plane: tuple[Vector, float], camera: PinholeCamera) -> None:
+    normal, distance = plane
+    image = inverse_depth_from_frame(
+        frame_of_depth(plane_depth(camera, normal, distance), camera), max_depth=10
+    )
+    surfaces = fit_surface_normals(image)
+    u, v = (surfaces.points[:, :2] / surfaces.points[:, 2:]).T
+    # Windows that the image's border cuts are not exact: see the next test.
+    whole = (np.abs(u) < 0.56) & (np.abs(v) < 0.42)
+    assert whole.sum() > 4000
+    assert angles_to(surfaces.normals[whole], normal).max() < 0.06
+    np.testing.assert_allclose(surfaces.points[whole] @ normal, distance, rtol=1e-4)
+    assert surfaces.noise < 1e-3 / distance
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(planes())
+def test_windows_that_the_border_cuts_are_few_and_do_not_turn_up(plane: tuple[Vector, float]) -> None:
+    normal, distance = plane
+    frame = frame_of_depth(plane_depth(SMALL, normal, distance), SMALL)
+    surfaces = fit_surface_normals(inverse_depth_from_frame(frame, max_depth=10))
+    assert (angles_to(surfaces.normals, normal) > 0.06).mean() < 0.05
+    up = correct_up(surfaces, -normal, max_correction=0.1)
+    assert angles_to(-up[None], normal)[0] < 0.15
+
+
+@settings(max_examples=10, deadline=None, derandomize=True)
+@given(planes(), st.integers(0, 99))
+def test_a_fifth_of_the_pixels_missing_turns_normals_at_random_and_not_on_average(
+    plane: tuple[Vector, float], seed: int
+) -> None:
+    normal, distance = plane
+    depth = plane_depth(SMALL, normal, distance)
+    depth[np.random.default_rng(seed).random(depth.shape) < 0.2] = np.nan
+    surfaces = fit_surface_normals(inverse_depth_from_frame(frame_of_depth(depth, SMALL), max_depth=10))
+    assert len(surfaces.normals) > 500
+    assert np.median(angles_to(surfaces.normals, normal)) < 2.5
+    mean = normalized(surfaces.normals.sum(axis=0, dtype=np.float64))
+    assert angles_to(mean[None], normal)[0] < 0.2
+
+
+def test_windows_with_a_third_of_their_pixels_missing_give_no_normals() -> None:
+    depth = plane_depth(SMALL, np.array([0.0, 0.0, 1.0]), 2.0)
+    depth[np.random.default_rng(3).random(depth.shape) < 0.45] = np.nan
+    surfaces = fit_surface_normals(inverse_depth_from_frame(frame_of_depth(depth, SMALL), max_depth=10))
+    assert len(surfaces.normals) < 20
+
+
+def test_no_normal_is_fitted_across_a_jump_of_depth() -> None:
+    near, far = np.full((240, 160), 1.0, np.float32), np.full((240, 160), 1.5, np.float32)
+    frame = frame_of_depth(np.concatenate([near, far], axis=1), SMALL)
+    surfaces = fit_surface_normals(inverse_depth_from_frame(frame, max_depth=10))
+    facing = np.array([0.0, 0.0, 1.0])
+    assert angles_to(surfaces.normals, facing).max() < 0.1
+    assert set(np.round(surfaces.points[:, 2], 4)) <= {1.0, 1.5}
+
+
+@settings(max_examples=20, deadline=None, derandomize=True)
+@given(st.floats(0.5, 3.0), st.floats(1.06, 3.0), st.integers(0, 99))
+def test_block_reduction_never_invents_a_point_between_two_surfaces(
+    near: float, ratio: float, seed: int
+) -> None:
+    far = min(near * ratio, 5.9)
+    is_near = np.random.default_rng(seed).random((480, 640)) < 0.4
+    depth = np.where(is_near, near, far).astype(np.float32)
+    image = inverse_depth_from_frame(frame_of_depth(depth, LARGE), max_depth=6)
+    assert image.stride == 2
+    distance = np.minimum(np.abs(image.inverse_depth - 1 / near), np.abs(image.inverse_depth - 1 / far))
+    assert distance.max() < 1e-6
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(planes())
+def test_a_reduced_plane_is_the_same_plane_seen_by_the_reduced_camera(plane: tuple[Vector, float]) -> None:
+    normal, distance = plane
+    frame = frame_of_depth(plane_depth(LARGE, normal, distance), LARGE)
+    image = inverse_depth_from_frame(frame, max_depth=6)
+    assert (image.camera.width, image.camera.height) == (320, 240)
+    rows, columns = np.nonzero(image.inverse_depth > 1 / 5.5)
+    points = image.camera.rays()[rows, columns] / image.inverse_depth[rows, columns][:, None]
+    np.testing.assert_allclose(points @ normal, distance, rtol=2e-5)
+
+
+def test_what_is_no_depth_within_range_becomes_invalid() -> None:
+    depth = np.full((240, 320), 2.0, np.float32)
+    depth[0, :6] = [np.nan, np.inf, 0.0, -1.0, 6.5, 1e-5]
+    image = inverse_depth_from_frame(frame_of_depth(depth, SMALL), max_depth=6)
+    assert not image.valid[0, :6].any()
+    assert (image.inverse_depth[~image.valid] == 0).all()
+    assert image.valid.sum() == 240 * 320 - 6
+
+
+def test_noise_is_told_in_proportion_to_what_it_is() -> None:
+    random = np.random.default_rng(5)
+    plane = plane_depth(SMALL, normalized([0.0, 0.6, 0.8]), 1.0)
+    told = []
+    for std in (0.002, 0.004):
+        noisy = 1.0 / (1.0 / plane + random.normal(0, std, plane.shape))
+        image = inverse_depth_from_frame(frame_of_depth(noisy, SMALL), max_depth=10)
+        told.append(fit_surface_normals(image).noise / std)
+    assert told[0] == pytest.approx(told[1], rel=0.1)
+    assert 0.4 < told[0] < 1.1
+
+
+def test_an_empty_frame_has_no_normals() -> None:
+    depth = np.full((240, 320), np.nan, np.float32)
+    surfaces = fit_surface_normals(inverse_depth_from_frame(frame_of_depth(depth, SMALL), max_depth=6))
+    assert len(surfaces.normals) == len(surfaces.points) == 0
+    assert surfaces.noise == 0
