@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.inverse_depth import InverseDepthImage
@@ -14,9 +13,8 @@ from stairmap.detection.refinement import RefinedLattice
 MAX_BRIDGE = 0.20
 """Gaps in a step up to this width, m, are bridged: balusters, a foot, a bag."""
 
-END_OFFSETS = (2, 4, 7, 11)
-"""How many pixels beyond an end are looked at, in this order, until one is valid: a projector's shadow
-hides the first few."""
+LOOK_OUTWARD = np.array([0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.10, 0.125, 0.15])
+"""How far past an end it is looked, m: stringers and rails are thinner than the last."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,61 +118,52 @@ def _find_ends(smooth: Float64Array, plateau: float, max_gap: int) -> tuple[floa
     return low, high
 
 
-def _is_bounded(
-    image: InverseDepthImage, lattice: RefinedLattice, ends: Float64Array, *, side: int
-) -> NDArray[np.bool_]:
+def _is_bounded(image: InverseDepthImage, lattice: RefinedLattice, ends: Float64Array, *, side: int) -> Mask:
     """Tell for each step whether its end on one side (+1 left, -1 right) was seen.
 
-    Beyond a seen end lies something farther, or a wall that starts there. Beyond an end that
-    was cut lies the image's border, nothing measured, or something nearer.
+    The pixels near an end look outward along their row. An end was seen when something farther
+    follows, or a wall that stands at the end. It was not when the image ends there, when
+    something nearer hides it, or when that is a stringer or a rail, past which one sees farther again.
     """
     members, pixels = lattice.members, lattice.pixels
     num_nosings = len(ends)
-    member = members.tread | members.riser
     with np.errstate(invalid="ignore"):
         inward = side * (ends[members.index.clip(0, num_nosings - 1)] - pixels.left)
-        chosen = np.flatnonzero(member & (inward > -0.02) & (inward < 0.05))
-    if len(chosen) == 0:
-        return np.zeros(num_nosings, dtype=bool)
+        near_end = (inward > -0.02) & (inward < 0.05)
+    chosen = np.flatnonzero((members.tread | members.riser) & near_end)
     index = members.index[chosen]
     camera = image.camera
     left_axis = np.cross(lattice.up, lattice.forward)
     column_step = -side if left_axis[0] < 0 else side
-    to_end = np.ceil(np.maximum(inward[chosen], 0) / pixels.forward[chosen] * camera.fx).astype(np.int64)
-    q = np.zeros(len(chosen), dtype=np.float32)
-    column = pixels.column[chosen]
-    is_cut = np.zeros(len(chosen), dtype=bool)
-    for offset in END_OFFSETS:
-        looked_at = pixels.column[chosen] + column_step * (to_end + offset)
-        outside = (looked_at < 0) | (looked_at >= camera.width)
-        undecided = (q == 0) & ~is_cut
-        is_cut |= undecided & outside
-        value = image.inverse_depth[pixels.row[chosen], np.clip(looked_at, 0, camera.width - 1)]
-        take = undecided & ~outside & (value > 0)
-        q[take], column[take] = value[take], looked_at[take]
-    known = q > 0
-    depth = 1.0 / np.where(known, q, 1.0)
-    rays = np.stack(
-        [
-            (column - camera.cx) / camera.fx,
-            (pixels.row[chosen] - camera.cy) / camera.fy,
-            np.ones(len(chosen)),
-        ],
-        axis=1,
+    distance = pixels.forward[chosen, None]
+    outward = np.maximum(inward[chosen, None], 0) + LOOK_OUTWARD
+    offset = np.ceil(outward / distance * camera.fx).astype(np.int64) + np.arange(len(LOOK_OUTWARD))
+    column = pixels.column[chosen, None] + column_step * offset
+    row = pixels.row[chosen, None]
+    in_image = (column >= 0) & (column < camera.width)
+    q = image.inverse_depth[row, np.clip(column, 0, camera.width - 1)] * in_image
+    own = image.inverse_depth[row, pixels.column[chosen, None]]
+    tolerance = (0.06 + 0.01 * distance**2) / distance
+    is_nearer, is_farther = q > own * (1 + tolerance), (q > 0) & (q < own * (1 - tolerance))
+    t = (
+        left_axis[0] * (column - camera.cx) / camera.fx
+        + left_axis[1] * (row - camera.cy) / camera.fy
+        + left_axis[2]
+    ) / np.where(q > 0, q, 1.0)
+    past_end = side * (t - ends[index][:, None])
+    is_wall = is_nearer & (past_end > -0.05) & (past_end < 0.10)
+
+    never = len(LOOK_OUTWARD)
+    first_nearer, first_farther, first_outside = (
+        np.where(seen.any(axis=1), np.argmax(seen, axis=1), never)
+        for seen in (is_nearer, is_farther, ~in_image)
     )
-    s, z, t = ((rays @ axis) * depth for axis in (lattice.forward, lattice.up, left_axis))
-    slope = z / np.maximum(s, 1e-6)
-    tread_height = lattice.height + index * lattice.rise
-    with np.errstate(divide="ignore", invalid="ignore"):
-        on_tread = np.where(np.abs(slope) > 1e-3, tread_height / slope, np.inf)
-    expected = np.where(members.tread[chosen], on_tread, lattice.distance + index * lattice.run)
-    tolerance = 0.05 + 0.01 * s**2
-    beyond = side * (t - ends[index])
-    is_farther = known & (s > expected + tolerance)
-    is_wall = known & (s < expected) & (beyond > -0.05) & (beyond < 0.10)
-    is_occluded = known & ~is_farther & ~is_wall
-    bounded = np.bincount(index[is_farther | is_wall], minlength=num_nosings)
-    unbounded = np.bincount(index[is_occluded | is_cut], minlength=num_nosings)
+    seen_farther = (first_farther < first_nearer) & (first_farther < never)
+    hidden = (first_nearer < never) & ~seen_farther
+    at_wall = hidden & (first_farther == never) & (is_wall.sum(axis=1) > 0.5 * is_nearer.sum(axis=1))
+    cut = ~seen_farther & ~hidden & (first_outside < never)
+    bounded = np.bincount(index[seen_farther | at_wall], minlength=num_nosings)
+    unbounded = np.bincount(index[(hidden & ~at_wall) | cut], minlength=num_nosings)
     return np.asarray((bounded > 2 * unbounded) & (bounded >= 3))
 
 
