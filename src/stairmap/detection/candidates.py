@@ -14,6 +14,7 @@ from stairmap.detection.lattice import Lattice
 from stairmap.detection.observation import Rejection, StairEdge, StairObservation
 from stairmap.detection.refinement import RefinedLattice
 from stairmap.detection.rules import find_rejections
+from stairmap.detection.step_turns import find_turned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,9 +77,10 @@ def judge_candidate(
             refined=refined,
         )
     extents = measure_extents(image, refined)
-    chosen = choose_nosings(refined, extents)
+    turned, turn = find_turned(refined, extents)
+    chosen = choose_nosings(refined, extents, turned)
     left, right = _common_extent(extents, chosen)
-    rejections = find_rejections(refined, extents, chosen, left - right, config)
+    rejections = find_rejections(refined, extents, chosen, left - right, turn, config)
     num_pixels = int(np.count_nonzero(refined.members.tread | refined.members.riser)) * refined.row_step
     observation = None
     if not rejections:

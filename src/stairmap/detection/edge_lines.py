@@ -167,12 +167,13 @@ def _is_bounded(image: InverseDepthImage, lattice: RefinedLattice, ends: Float64
     return np.asarray((bounded > 2 * unbounded) & (bounded >= 3))
 
 
-def choose_nosings(lattice: RefinedLattice, extents: StepExtents) -> IntArray:
+def choose_nosings(lattice: RefinedLattice, extents: StepExtents, turned: Mask) -> IntArray:
     """Return the indices of the nosings that were seen, ascending.
 
     A nosing needs its riser, or its tread with a jump at its front; a floor or landing is
-    a tread without either. Steps must overlap the widest one by a third of its width. Above a missed
-    step the stairs go on only if something hides it; where one looks through it they end.
+    a tread without either. Steps must overlap the widest one by a third of its width and
+    not be ``turned`` against the others. Above a missed step the stairs go on only if something hides it; where one looks
+    through it they end.
     """
     nosings = lattice.nosings
     is_front = np.isfinite(nosings.distance) & (nosings.num_tread_pixels > 0)
@@ -185,6 +186,7 @@ def choose_nosings(lattice: RefinedLattice, extents: StepExtents) -> IntArray:
     overlap = np.minimum(extents.left, extents.left[main]) - np.maximum(extents.right, extents.right[main])
     with np.errstate(invalid="ignore"):
         seen &= overlap > 0.33 * width[main]
+    seen &= ~turned
     inside = np.bincount(
         np.clip(lattice.members.index[lattice.members.inside], 0, len(seen) - 1), minlength=len(seen)
     )

@@ -12,6 +12,7 @@ from stairmap.config import Config
 from stairmap.detection.edge_lines import StepExtents
 from stairmap.detection.observation import Rejection
 from stairmap.detection.refinement import RefinedLattice
+from stairmap.detection.step_turns import MAX_TURN
 
 MAX_SEE_THROUGH = 0.30
 """Largest share of pixels that lie inside the solid stairs: real treads and risers let nothing through."""
@@ -24,7 +25,7 @@ MAX_IRREGULARITY = 0.035
 
 
 def find_rejections(
-    refined: RefinedLattice, extents: StepExtents, chosen: IntArray, width: float, config: Config
+    refined: RefinedLattice, extents: StepExtents, chosen: IntArray, width: float, turn: float, config: Config
 ) -> tuple[Rejection, ...]:
     """Return all the rules that a measured lattice breaks; none when it is a stairway.
 
@@ -38,6 +39,8 @@ def find_rejections(
         Indices of the nosings that were seen.
     width
         Distance between the stairs' ends, m.
+    turn
+        Largest angle of a step that was left out since it is turned against the others, rad.
     config
         Uses ``envelope`` and ``detection.min_steps``.
     """
@@ -47,6 +50,11 @@ def find_rejections(
         found.append(
             Rejection(rule="min_steps", measured=len(chosen), limit=config.detection.min_steps, unit="1")
         )
+        if turn > 0:
+            limit = float(np.degrees(MAX_TURN))
+            found.append(
+                Rejection(rule="max_turn", measured=float(np.degrees(turn)), limit=limit, unit="deg")
+            )
     rise, run = refined.rise, abs(refined.run)
     pitch = float(np.degrees(np.arctan2(rise, run)))
     rise_slack, run_slack = (min(2.0 * refined.covariance[slot, slot] ** 0.5, 0.02) for slot in (0, 1))
