@@ -1,0 +1,154 @@
+"""Flights that a landing joins become one stairway, whichever way it turns."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+
+from ideal_observations import (
+    make_flight,
+    mapper_of,
+    observe_all,
+    poses_before,
+    the_only,
+    trajectory_of,
+)
+from stairmap.modeling.landings import join_flights, make_landing, top_of
+from stairmap.simulation.stair_shapes import FlightShape, StairwayShape
+from stairmap.simulation.stairs import build_stairway
+from stairmap.stairway import Flight, Landing, Stairway
+
+SHAPE = FlightShape(rise=0.17, run=0.28, width=1.1, num_risers=7)
+TURNS = {"straight": 0, "quarter-turn left": 90, "quarter-turn right": -90, "half-turn left": 180,
+         "half-turn right": -180}  # fmt: skip
+
+
+def build(*turns: int, heading: float = 0.4) -> Stairway:
+    shape = StairwayShape(flights=(SHAPE,) * (len(turns) + 1), turns=turns)
+    return build_stairway(
+        shape, base=np.array([2.0, 1.0, 0.0]), heading=heading, stairway_id=1,
+        random=np.random.default_rng(0),
+    ).stairway  # fmt: skip
+
+
+def corners(landing: Landing) -> np.ndarray:
+    forward = np.array([np.cos(landing.heading), np.sin(landing.heading), 0]) * landing.size[0] / 2
+    left = np.array([-np.sin(landing.heading), np.cos(landing.heading), 0]) * landing.size[1] / 2
+    return np.array([landing.center + a * forward + b * left for a in (-1, 1) for b in (-1, 1)])
+
+
+@pytest.mark.parametrize("turn", TURNS.values(), ids=TURNS.keys())
+def test_two_flights_of_a_stairway_are_joined_whatever_their_order(turn: int) -> None:
+    flights = list(build(turn).flights)
+    assert join_flights(flights) == [[0, 1]]
+    assert join_flights(flights[::-1]) == [[1, 0]]
+
+
+@pytest.mark.parametrize("turn", TURNS.values(), ids=TURNS.keys())
+def test_the_landing_is_level_and_where_it_was_built(turn: int) -> None:
+    stairway = build(turn)
+    lower, upper = stairway.flights
+    landing, true = make_landing(lower, upper), stairway.landings[0]
+    assert landing.center[2] == pytest.approx(7 * 0.17, abs=1e-9)
+    assert landing.heading == lower.heading
+    np.testing.assert_allclose(landing.center, true.center, atol=0.12)
+    assert landing.size == pytest.approx(true.size, abs=0.15)
+
+
+@pytest.mark.parametrize("turn", TURNS.values(), ids=TURNS.keys())
+def test_the_landing_reaches_both_flights(turn: int) -> None:
+    lower, upper = build(turn).flights
+    landing = make_landing(lower, upper)
+    axis = np.array([np.cos(landing.heading), np.sin(landing.heading), 0])
+    side = np.array([-axis[1], axis[0], 0])
+    feet = upper.edges()[0] - [0, 0, upper.rise]
+    for point in (*lower.edges()[-1], *feet):
+        offset = point - landing.center
+        assert abs(offset @ axis) <= landing.size[0] / 2 + 1e-6
+        assert abs(offset @ side) <= landing.size[1] / 2 + 1e-6
+
+
+def test_three_flights_are_one_chain_from_the_lowest() -> None:
+    flights = build(90, 90).flights
+    for order in permutations(range(3)):
+        (chain,) = join_flights([flights[index] for index in order])
+        assert [order[index] for index in chain] == [0, 1, 2]
+
+
+def test_flights_of_two_stairways_are_two_chains() -> None:
+    here, there = build(90).flights, build(-180, heading=2.0).flights
+    away = [
+        make_flight(
+            base=flight.base + np.array([20.0, 0.0, 0.0]), heading=flight.heading, width=1.1, num_risers=7
+        )
+        for flight in there
+    ]
+    assert sorted(join_flights([here[1], away[0], here[0], away[1]])) == [[1, 3], [2, 0]]
+
+
+@pytest.mark.parametrize(
+    "base",
+    [[2.0, 3.5, 0.0], [5.2, 0.0, 0.7], [9.5, 0.0, 8 * 0.17], [4.5, 0.0, 8 * 0.17 + 0.4]],
+    ids=["beside it on the floor", "halfway up", "five metres on", "half a metre higher"],
+)
+def test_flights_without_a_landing_between_them_are_not_joined(base: list[float]) -> None:
+    first = make_flight()
+    assert sorted(join_flights([first, make_flight(base=np.array(base))])) == [[0], [1]]
+
+
+def test_one_flight_is_its_own_chain_and_none_is_none() -> None:
+    assert join_flights([make_flight()]) == [[0]]
+    assert join_flights([]) == []
+
+
+def test_the_top_of_a_flight_is_the_middle_of_its_last_nosing() -> None:
+    flight = make_flight(heading=1.1, num_risers=5)
+    np.testing.assert_allclose(top_of(flight), flight.edges()[-1].mean(axis=0), atol=1e-12)
+
+
+def observed(flights: tuple[Flight, ...]) -> Stairway:
+    """The one stairway that a mapper makes of flights seen one after the other."""
+    poses, observations = [], []
+    for flight in flights:
+        mine = poses_before(flight, 5)
+        observations += observe_all(flight, mine, first_stamp=len(poses))
+        poses += mine
+    return the_only(mapper_of(observations).stairways(trajectory_of(poses)))
+
+
+@pytest.mark.parametrize("turn", TURNS.values(), ids=TURNS.keys())
+def test_a_mapped_stairway_has_its_flights_and_its_landing(turn: int) -> None:
+    true = build(turn)
+    stairway = observed(true.flights)
+    assert [flight.num_risers for flight in stairway.flights] == [7, 7]
+    assert len(stairway.landings) == 1
+    np.testing.assert_allclose(stairway.landings[0].center, true.landings[0].center, atol=0.15)
+    assert stairway.num_observations == 10
+    assert corners(stairway.landings[0])[:, 2] == pytest.approx([7 * 0.17] * 4, abs=0.01)
+
+
+def test_the_upper_flight_seen_first_makes_the_same_stairway() -> None:
+    lower, upper = build(180).flights
+    stairway = observed((upper, lower))
+    assert stairway.id == 1
+    np.testing.assert_allclose(stairway.flights[0].base, lower.base, atol=0.005)
+    np.testing.assert_allclose(stairway.flights[1].base, upper.base, atol=0.005)
+
+
+def test_an_id_stays_when_a_second_flight_joins() -> None:
+    lower, upper = build(90).flights
+    poses = [*poses_before(lower, 5), *poses_before(upper, 9)]
+    trajectory = trajectory_of(poses)
+    mapper = mapper_of(observe_all(lower, poses[:5]))
+    before = the_only(mapper.stairways(trajectory)).id
+    for observation in observe_all(upper, poses[5:], first_stamp=5):
+        mapper.add(observation)
+        assert (
+            the_only([item for item in mapper.stairways(trajectory) if item.id == before])
+            .flights[0]
+            .num_risers
+            == 7
+        )
+    assert the_only(mapper.stairways(trajectory)).id == before
