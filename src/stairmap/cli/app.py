@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 import stairmap
+from stairmap.cli.commands.check import check
 from stairmap.cli.commands.config import config
 from stairmap.cli.commands.demo import demo
 from stairmap.cli.commands.detect import detect
@@ -33,7 +34,7 @@ Examples:
 """,
     epilog="Exit code: 0 ran (also without a stairway), 1 error, 2 wrong usage, 130 or 143 interrupted.",
 )
-for command in (run, detect, inspect, demo, simulate, evaluate, config):
+for command in (run, detect, inspect, check, demo, simulate, evaluate, config):
     app.command()(command)
 
 

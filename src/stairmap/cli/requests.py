@@ -40,6 +40,7 @@ class RunRequest:
     output: Path | None
     with_report: bool
     as_json: bool
+    robots: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,3 +76,14 @@ class SimulateRequest:
     num_frames: int | None
     has_odometry_error: bool
     buildings: Path | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckRequest:
+    """What ``stairmap check`` was asked for; without robots and codes, all robots."""
+
+    stairways: Path
+    robots: tuple[str, ...]
+    codes: tuple[str, ...]
+    picture: Path | None
+    as_json: bool

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 
 import typer
 
 import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.level_map import LevelMap, find_level_map
+from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import counted
 from stairmap.cli.requests import RunRequest
 from stairmap.cli.run_loop import RunLoop, RunOutcome
 from stairmap.config import load_config
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
 from stairmap.export.summary import format_table
+from stairmap.export.verdicts import VERDICT_COLUMNS, verdict_cells
+from stairmap.navigation.robot_profile import load_robot
+from stairmap.navigation.traversability import Assessment, assess
 from stairmap.recordings.base import RecordingProblems
 from stairmap.recordings.open import open_recording
 
@@ -29,6 +34,7 @@ def run_recording(request: RunRequest) -> int:
     """
     given = request.input
     config = load_config(given.config_file, given.overrides)
+    robots = [load_robot(name) for name in request.robots]
     recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up)
     level_map = find_level_map(recording, given.up, max_depth=config.detection.max_depth)
     loop = RunLoop(recording, level_map.trajectory, config=config, method=given.method)
@@ -38,6 +44,7 @@ def run_recording(request: RunRequest) -> int:
         if interrupt:
             typer.echo("interrupted: writing what there is so far; once more to stop at once", err=True)
         outcome = loop.outcome()
+        assessments = [assess(stairway, robot) for stairway in outcome.stairways for robot in robots]
         problems = _describe_problems(recording.problems, level_map, interrupt, outcome)
         loop.write_results(folder, outcome, problems)
         notes = list(problems)
@@ -48,9 +55,9 @@ def run_recording(request: RunRequest) -> int:
             folder.log(line)
             typer.echo(line, err=True)
         if request.as_json:
-            typer.echo(_format_json(folder, outcome, level_map, problems, interrupt))
+            typer.echo(_format_json(folder, outcome, level_map, problems, interrupt, assessments))
         else:
-            typer.echo(_format_text(folder, outcome))
+            typer.echo(_format_text(folder, outcome, assessments))
         return interrupt.exit_code
 
 
@@ -64,7 +71,7 @@ def _describe_problems(
     return tuple(lines)
 
 
-def _format_text(folder: RunFolder, outcome: RunOutcome) -> str:
+def _format_text(folder: RunFolder, outcome: RunOutcome, assessments: Sequence[Assessment]) -> str:
     lines = [
         f"{counted(outcome.num_frames, 'frame')}, stair edges seen in {outcome.num_detections}",
         "",
@@ -73,6 +80,9 @@ def _format_text(folder: RunFolder, outcome: RunOutcome) -> str:
     ]
     if not outcome.stairways and outcome.reasons:
         lines += ["why frames gave no stairway:", *(f"  {reason}" for reason in outcome.reasons), ""]
+    if assessments:
+        rows = [verdict_cells(assessment) for assessment in assessments]
+        lines += [format_columns(VERDICT_COLUMNS, rows, left_aligned=VERDICT_COLUMNS), ""]
     return "\n".join([*lines, str(folder.path)])
 
 
@@ -82,6 +92,7 @@ def _format_json(
     level_map: LevelMap,
     problems: tuple[str, ...],
     interrupt: Interrupt,
+    assessments: Sequence[Assessment],
 ) -> str:
     values = {
         "output": str(folder.path),
@@ -91,6 +102,7 @@ def _format_json(
         "num_frames_without_pose": outcome.num_without_pose,
         "map_from_recorded": level_map.map_from_recorded.tolist(),
         "stairways": [stairway.to_dict() for stairway in outcome.stairways],
+        "assessments": [assessment.to_dict() for assessment in assessments],
         "reasons": list(outcome.reasons),
         "problems": list(problems),
     }

@@ -31,6 +31,16 @@ def run(
     method: MethodOption = Method.stairmap,
     config: ConfigOption = None,
     overrides: SetOption = None,
+    robots: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--robot",
+            metavar="NAME|FILE",
+            help="Also tell whether this robot can climb them; may be repeated. 'stairmap check --list'.",
+            rich_help_panel=OUTPUT,
+            show_default=False,
+        ),
+    ] = None,
     output: OutputOption = None,
     no_report: Annotated[
         bool, typer.Option("--no-report", help="Write no report.html.", rich_help_panel=OUTPUT)
@@ -42,7 +52,7 @@ def run(
 
     \b
     Examples:
-      stairmap run my_recording
+      stairmap run my_recording --robot spot
       stairmap run my_recording --trajectory slam.tum --up=-y -o results/hall
       stairmap run my_recording --set envelope.max_rise=0.30 --json
 
@@ -55,5 +65,6 @@ def run(
         output=output,
         with_report=not no_report,
         as_json=as_json,
+        robots=tuple(robots or ()),
     )
     raise typer.Exit(run_recording(request))

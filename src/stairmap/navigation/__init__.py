@@ -1,0 +1,1 @@
+"""From stairways to action: can a robot climb them, and where do they lead."""

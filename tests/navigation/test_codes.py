@@ -1,0 +1,61 @@
+"""Building codes: which rule is broken, by how much, how sure."""
+
+from __future__ import annotations
+
+import pytest
+
+from stairmap.errors import ConfigError
+from stairmap.navigation.codes import check_code, code_ids, load_code
+from walkable_stairways import make_flight, make_stairway
+
+
+def check(code_id, **flight):
+    return check_code(make_stairway(make_flight(**flight)), load_code(code_id))
+
+
+def test_every_rule_names_its_clause():
+    for code_id in code_ids():
+        assert all(rule.source for rule in load_code(code_id).rules)
+
+
+def test_a_stairway_of_150_by_300_keeps_them_all_but_osha_s_steepness():
+    kept = {
+        code_id for code_id in code_ids() if check(code_id, rise=0.155, run=0.29, width=1.2).word == "keeps"
+    }
+    assert kept == set(code_ids()) - {"osha"}
+
+
+def test_a_high_riser_breaks_ibc_by_so_much():
+    result = check("ibc", rise=0.19, run=0.29)
+    assert result.word == "breaks"
+    (broken,) = result.broken
+    assert broken.limit.source == "IBC 1011.5.2"
+    assert broken.margin == pytest.approx(-0.012)
+    assert broken.probability[1] < 1e-6
+
+
+def test_a_flat_industrial_stair_breaks_osha_s_30_degrees():
+    (broken,) = check("osha", rise=0.13, run=0.34).broken
+    assert (broken.limit.measure, broken.limit.sense) == ("pitch", "min")
+
+
+def test_a_rise_at_the_limit_is_not_decided():
+    result = check("ada", rise=0.1795, run=0.30)
+    assert result.word == "unknown"
+    assert [item.limit.measure for item in result.undecided] == ["rise"]
+
+
+def test_a_flight_of_more_than_12_feet_breaks_ibc():
+    (broken,) = check("ibc", rise=0.16, run=0.29, num_risers=25).broken
+    assert broken.limit.measure == "height"
+
+
+def test_twice_the_rise_plus_the_going_is_checked_in_the_united_kingdom():
+    assert "2 rise + run" in {
+        item.limit.measure for item in check("uk_k_private", rise=0.15, run=0.23).broken
+    }
+
+
+def test_an_unknown_code_is_told_the_known_ones():
+    with pytest.raises(ConfigError, match="choose one of ada, ibc"):
+        load_code("din")
