@@ -172,8 +172,8 @@ def choose_nosings(lattice: RefinedLattice, extents: StepExtents, turned: Mask) 
 
     A nosing needs its riser, or its tread with a jump at its front; a floor or landing is
     a tread without either. Steps must overlap the widest one by a third of its width and
-    not be ``turned`` against the others. Above a missed step the stairs go on only if something hides it; where one looks
-    through it they end.
+    not be ``turned`` against the others. Above a missed step the stairs go on only if something
+    hides it; where one looks through it they end.
     """
     nosings = lattice.nosings
     is_front = np.isfinite(nosings.distance) & (nosings.num_tread_pixels > 0)

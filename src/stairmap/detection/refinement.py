@@ -203,7 +203,7 @@ def _fit_rotation(
         # The design adds the slope to the tilt, so a tread that climbs has a negative one.
         if tread_slope < -MIN_SLOPE:
             break
-    return float(tilt), float(roll), float(turn), covariance[:3, :3]
+    return float(tilt), float(roll), float(turn), np.asarray(covariance[:3, :3], dtype=np.float64)
 
 
 def _centered(values: Float64Array, weight: Float64Array, index: IntArray, num_groups: int) -> Float64Array:

@@ -55,6 +55,12 @@ def find_rejections(
             found.append(
                 Rejection(rule="max_turn", measured=float(np.degrees(turn)), limit=limit, unit="deg")
             )
+    num_pairs = int(np.count_nonzero(np.diff(chosen) == 1))
+    if 2 * num_pairs < len(chosen) - 1:
+        # Half of the nosings of a lattice with twice the step: benches, not stairs.
+        found.append(
+            Rejection(rule="min_neighbours", measured=num_pairs, limit=(len(chosen) - 1) / 2, unit="1")
+        )
     rise, run = refined.rise, abs(refined.run)
     pitch = float(np.degrees(np.arctan2(rise, run)))
     rise_slack, run_slack = (min(2.0 * refined.covariance[slot, slot] ** 0.5, 0.02) for slot in (0, 1))

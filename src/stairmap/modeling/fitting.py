@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray, Mask
+from stairmap.arrays import Float64Array, IntArray
 from stairmap.geometry import wrapped_angle
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
 from stairmap.stairway import Flight, FlightStd, Step
@@ -40,10 +40,6 @@ with a rail on both sides only the first step may show them."""
 
 EDGES_PER_SAMPLE = 60.0
 """Edges of neighbouring frames and steps that count as one independent measurement of the width."""
-
-MIN_HIDDEN_WIDTH, MAX_HIDDEN_WIDTH = 0.03, 0.25
-"""A step wider than the median by this much, m, shows that the others' ends are hidden; one wider still is a
-starting step that was built so."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +89,7 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
     index = edges["index"] + shift[owner]
     lowest_index = int(index.min())
     first, last = _step_range(index, shift, records, lowest_index)
-    left, right, left_bounded, right_bounded, width_std = _extent(edges, index, axes[owner, 1])
+    left, right, left_bounded, right_bounded, width_std = _extent(edges, axes[owner, 1])
 
     forward_std = _mean_std(axes[:, 0] - shift * run, records["forward_variance"] + POSE_STD**2)
     up_std = _mean_std(axes[:, 2] - shift * rise, records["up_variance"] + POSE_STD**2)
@@ -215,32 +211,28 @@ def _step_range(
             continue
         votes = np.bincount(at[was_seen] - at[was_seen].min())
         place = int(np.argmax(votes)) + int(at[was_seen].min())
-        if votes.max() < 0.5 * np.count_nonzero(was_seen):
-            continue
-        if direction > 0 and first <= place <= last:
-            first = place
-        elif direction < 0 and first <= place <= last:
-            last = place
+        beyond = place - direction - lowest
+        num_beyond = int(counts[beyond]) if 0 <= beyond < len(counts) else 0
+        if first <= place <= last and votes.max() > num_beyond:
+            first, last = (place, last) if direction > 0 else (first, place)
     return first, last
 
 
 def _extent(
-    edges: np.ndarray[tuple[int], np.dtype[np.void]], index: IntArray, left_of_axis: Float64Array
+    edges: np.ndarray[tuple[int], np.dtype[np.void]], left_of_axis: Float64Array
 ) -> tuple[float, float, bool, bool, float]:
     """Left and right end of the flight, whether each was seen, and the standard deviation of the width.
 
-    Edges whose ends were both seen tell the width, whatever drift does to their place. Posts and
-    stringers on the steps hide the ends of all but the first, so where one step is clearly wider
-    than the median it is believed.
+    Edges whose ends were both seen tell the width, whatever drift does to their place. Where
+    posts or stringers stand on the steps it is the clear width between them.
     """
     left, right = edges["left"] + left_of_axis, edges["right"] + left_of_axis
     both = edges["left_bounded"] & edges["right_bounded"]
     if np.count_nonzero(both) >= max(3, MIN_ENDS_SHARE * len(edges)):
         widths, middles = (edges["left"] - edges["right"])[both], 0.5 * (left + right)[both]
-        chosen = _unhidden(widths, index[both])
-        width, middle = float(np.median(widths[chosen])), float(np.median(middles[chosen]))
-        spread = 1.48 * float(np.median(np.abs(widths[chosen] - width)))
-        samples = max(np.count_nonzero(chosen) / EDGES_PER_SAMPLE, 1.0)
+        width, middle = float(np.median(widths)), float(np.median(middles))
+        spread = 1.48 * float(np.median(np.abs(widths - width)))
+        samples = max(len(widths) / EDGES_PER_SAMPLE, 1.0)
         width_std = float(np.hypot(0.005, spread / np.sqrt(samples)))
         return middle + width / 2, middle - width / 2, True, True, width_std
     ends = []
@@ -252,17 +244,3 @@ def _extent(
         end = np.median(values[bounded]) if is_seen else sign * np.percentile(sign * values, 90)
         ends.append((float(end), bool(is_seen)))
     return ends[0][0], ends[1][0], ends[0][1], ends[1][1], 0.03
-
-
-def _unhidden(widths: Float64Array, index: IntArray) -> Mask:
-    """Edges whose width is to be believed: all, or those of the widest step where rails hide the others."""
-    overall = float(np.median(widths))
-    everything = np.ones(len(widths), dtype=bool)
-    best = everything
-    widest = overall + MIN_HIDDEN_WIDTH
-    for step in np.unique(index):
-        mine = index == step
-        median = float(np.median(widths[mine]))
-        if np.count_nonzero(mine) >= 3 and widest < median < overall + MAX_HIDDEN_WIDTH:
-            widest, best = median, mine
-    return np.asarray(best)
