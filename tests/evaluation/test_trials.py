@@ -35,6 +35,13 @@ def test_truth_says_what_had_to_be_found_also_with_few_frames() -> None:
     assert find_truth(away).flights == ()
 
 
+def test_nosings_that_crowd_into_a_few_rows_are_not_surely_seen() -> None:
+    (flight,) = find_truth(replace(SPEC, scene="descending", width=320, num_frames=20).simulation()).flights
+    # From the edge of a stairwell the camera looks along the slope: all are in view, few can be told apart.
+    assert flight.possibly_seen.sum() > flight.surely_seen.sum() > 0
+    assert flight.surely_seen[-1] and not flight.surely_seen[0]
+
+
 def test_a_trial_gives_one_result_per_method_and_no_nan() -> None:
     results = run_trial(SPEC, METHODS)
     assert [result.method for result in results] == list(METHODS)

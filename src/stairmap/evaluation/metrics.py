@@ -58,7 +58,7 @@ class FlightErrors:
 def find_errors(estimate: Flight, truth: TrueFlight, drifts: Float64Array) -> FlightErrors:
     """Return the errors of an estimate.
 
-    The base is judged where the estimate has it: if the lowest true step was in view, against the
+    The base is judged where the estimate has it: if the lowest true step was surely seen, against the
     true base; otherwise against the foot of the true step that its first step lies on, because the
     number of steps that nobody saw cannot be known.
 
@@ -75,7 +75,7 @@ def find_errors(estimate: Flight, truth: TrueFlight, drifts: Float64Array) -> Fl
     rotation = moved.map_from_flight[:3, :3]
     lowest_step = _find_lowest_step(estimate, moved, rotation)
     foot = moved.base
-    if not truth.possibly_seen[0] and 0 < lowest_step < len(moved.steps):
+    if not truth.surely_seen[0] and 0 < lowest_step < len(moved.steps):
         foot = moved.steps[lowest_step].nosing.mean(axis=0) - [0.0, 0.0, moved.rise]
     offset = (estimate.base - foot) @ rotation
     is_bounded = estimate.left_bounded and estimate.right_bounded

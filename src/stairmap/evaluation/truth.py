@@ -12,6 +12,7 @@ from stairmap.simulation.robots import drive_route
 from stairmap.simulation.simulate import Simulation
 from stairmap.simulation.visibility import FlightVisibility, measure_visibility
 from stairmap.stairway import Flight
+from stairmap.transforms import invert_transform, transform_points
 
 NEAR_DISTANCE = 3.0
 """A flight must be found when it was seen from at most this distance, m ..."""
@@ -24,6 +25,10 @@ NEAR_FRAMES = 20
 
 SURE_DISTANCE = 5.0
 """A nosing is surely seen when it was in view within this depth, m ..."""
+
+MIN_SEPARATION = 4.0
+"""... at least so many pixels from the nosings above and below it (down a stairwell, grazing, all of them
+crowd into a few rows of the image) ..."""
 
 SURE_FRAMES = 10
 """... in this many frames; counting fewer steps than those is an error."""
@@ -49,8 +54,8 @@ class TrueFlight:
     num_near_frames
         Number of frames in which it was near.
     surely_seen, possibly_seen
-        (num_risers,) nosings in view for ``SURE_FRAMES`` frames within ``SURE_DISTANCE``, and in
-        any frame at any distance that the sensor measures.
+        (num_risers,) nosings in view for ``SURE_FRAMES`` frames within ``SURE_DISTANCE`` and apart from
+        their neighbours, and in view in any frame at any distance that the sensor measures.
     """
 
     stairway_id: int
@@ -108,7 +113,8 @@ def find_truth(simulation: Simulation) -> DriveTruth:
     for stairway in (*scene.stairways, *scene.optional_stairways):
         is_optional = any(stairway is optional for optional in scene.optional_stairways)
         for index, flight in enumerate(stairway.flights):
-            anywhere, sure = _measure_twice(flight, simulation)
+            anywhere, near = _measure_twice(flight, simulation)
+            sure = near.is_nosing_visible & _find_separate(flight, simulation)
             num_near = anywhere.num_frames_within(NEAR_DISTANCE, NEAR_ANGLE)
             flights.append(
                 TrueFlight(
@@ -118,7 +124,7 @@ def find_truth(simulation: Simulation) -> DriveTruth:
                     is_optional=is_optional,
                     must_be_found=not is_optional and num_near >= max(near_frames, 1),
                     num_near_frames=num_near,
-                    surely_seen=sure.is_nosing_visible.sum(axis=0) >= sure_frames,
+                    surely_seen=sure.sum(axis=0) >= sure_frames,
                     possibly_seen=np.asarray(anywhere.is_nosing_visible.any(axis=0)),
                 )
             )
@@ -141,3 +147,16 @@ def _measure_twice(flight: Flight, simulation: Simulation) -> tuple[FlightVisibi
         measure_visibility(flight, caster, camera, poses, max_depth),
         measure_visibility(flight, caster, camera, poses, min(max_depth, SURE_DISTANCE)),
     )
+
+
+def _find_separate(flight: Flight, simulation: Simulation) -> Mask:
+    """Return in which frames which nosings, (N, K), stand apart from their neighbours in the image."""
+    middles = np.array([step.nosing.mean(axis=0) for step in flight.steps])
+    separate = np.zeros((len(simulation), len(middles)), dtype=bool)
+    for frame, pose in enumerate(simulation.true_poses):
+        with np.errstate(invalid="ignore"):
+            pixels = simulation.sensor.camera.project(transform_points(invert_transform(pose), middles))
+            gaps = np.linalg.norm(np.diff(pixels, axis=0), axis=1)
+        wide = ~(gaps < MIN_SEPARATION)
+        separate[frame] = np.append(True, wide) & np.append(wide, True)
+    return separate
