@@ -9,12 +9,11 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from document import ROOT, describe_run, write_section
+from document import ROOT, BenchmarkRun, describe_run, write_section
 from goals import find_goals, sensor_of, summarize_by
 
 from stairmap.evaluation.convergence import draw_convergences, record_convergence
@@ -51,7 +50,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--quick", action="store_true", help="one short drive per scene, for a first look")
     arguments = parser.parse_args()
-    started = time.monotonic()
+    run = BenchmarkRun()
     choice = TrialChoice(is_quick=arguments.quick)
     buildings = arguments.data / "buildings"
     specs = [spec for suite in SIMULATED_SUITES for spec in make_specs(suite, choice, buildings=buildings)]
@@ -68,7 +67,7 @@ def main() -> None:
         *draw_all_rates(panels, grid),
         *draw_all_convergences(specs, arguments.cache),
     ]
-    text[1] = describe_run(time.monotonic() - started)
+    text[1] = describe_run(run)
     TRIALS.write_text("# All trials\n\n" + format_trials(results) + "\n", encoding="utf-8")
     write_section("accuracy", "\n\n".join(text))
 

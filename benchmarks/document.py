@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import subprocess
 import sys
+import time
 from datetime import datetime, timezone
 from importlib.metadata import version
 from pathlib import Path
@@ -38,13 +39,22 @@ def write_section(name: str, text: str) -> None:
     DOCUMENT.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
 
 
-def describe_run(seconds: float) -> str:
+class BenchmarkRun:
+    """Remembers when a run began, and with which commit: others may go on working meanwhile."""
+
+    def __init__(self) -> None:
+        self.started = time.monotonic()
+        self.commit = _commit()
+
+
+def describe_run(run: BenchmarkRun) -> str:
     """Return a paragraph with command, commit, machine and the time it took."""
+    seconds = time.monotonic() - run.started
     command = " ".join([f"python {Path(sys.argv[0]).resolve().relative_to(ROOT)}", *sys.argv[1:]])
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "opencv-python-headless"))
     when = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
     return (
-        f"`{command}`, {seconds / 60:.0f} min, {when}; commit {_commit()}; {_processor()}; "
+        f"`{command}`, {seconds / 60:.0f} min, {when}; commit {run.commit}; {_processor()}; "
         f"Python {platform.python_version()}, {packages}."
     )
 

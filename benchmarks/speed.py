@@ -17,7 +17,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from document import describe_run, write_section
+from document import BenchmarkRun, describe_run, write_section
 from long_runs import measure_growth, measure_queries
 from samples import Sample, load_samples, timed
 from stage_times import timed_stages
@@ -44,7 +44,7 @@ def main() -> None:
     if os.environ | ONE_THREAD != os.environ:
         os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | ONE_THREAD)
     cv2.setNumThreads(1)
-    started = time.monotonic()
+    run = BenchmarkRun()
     samples = {width: load_samples(width, arguments.cache) for width in SIZES}
     parts = [
         "## Speed",
@@ -59,7 +59,7 @@ def main() -> None:
         "### Start",
         measure_start(),
     ]
-    parts.insert(1, describe_run(time.monotonic() - started))
+    parts.insert(1, describe_run(run))
     write_section("speed", "\n\n".join(parts))
     print("\n\n".join(parts))
 
