@@ -1,0 +1,221 @@
+"""The floors of a building, from the ends of its stairways and the robot's way.
+
+The ends of a stairway lie on two floors. The way tells which floors were explored, and finds those that
+no stairway leads to (a lift does). Level 0 is where the robot began, or the lowest without a way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from stairmap.arrays import Float64Array
+from stairmap.errors import StairmapError
+from stairmap.modeling.landings import top_of
+from stairmap.stairway import Stairway
+from stairmap.trajectory import Trajectory
+
+SAME_FLOOR = 0.6
+"""Ends of stairways whose heights differ by less are on one floor, m: drift and sills, but no half storey."""
+
+MIN_STOREY = 1.9
+"""A floor that only the way tells of lies so far from all others, m: a landing lies nearer."""
+
+MIN_FLOOR_DISTANCE = 0.3
+"""Floors that are nearer than this overlap, m."""
+
+_ON_FLOOR = 0.3
+_MIN_CAMERA_HEIGHT = 0.15
+_MIN_POSES = 3
+_MIN_LIFT_POSES = 10
+
+
+class FloorError(StairmapError):
+    """Floors cannot be told apart or placed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Floor:
+    """One level of a building.
+
+    Attributes
+    ----------
+    level
+        Its number, from the bottom up without gaps.
+    height
+        Height of its surface, m, map z.
+    is_explored
+        Whether the robot was on it. One that was only seen from below may be higher than ``height``:
+        that of the last riser that was seen.
+    """
+
+    level: int
+    height: float
+    is_explored: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FloorStack:
+    """The floors of a building and which of them its stairways join.
+
+    Attributes
+    ----------
+    floors
+        Lowest first.
+    levels
+        (lower, upper) level of each stairway by its id.
+    camera_height
+        Height of the camera above the floor, m; NaN without a way.
+
+    Raises
+    ------
+    FloorError
+        If two floors overlap.
+    """
+
+    floors: tuple[Floor, ...]
+    levels: Mapping[int, tuple[int, int]]
+    camera_height: float = float("nan")
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "levels", MappingProxyType(dict(self.levels)))
+        for below, above in zip(self.floors, self.floors[1:], strict=False):
+            if above.height - below.height < MIN_FLOOR_DISTANCE:
+                raise FloorError(
+                    f"floors {below.level} and {above.level} overlap: they lie at {below.height:.2f} m and "
+                    f"{above.height:.2f} m, expected at least {MIN_FLOOR_DISTANCE} m between them"
+                )
+
+    def floor(self, level: int) -> Floor:
+        """Return the floor of a level.
+
+        Raises
+        ------
+        FloorError
+            If there is none.
+        """
+        for floor in self.floors:
+            if floor.level == level:
+                return floor
+        known = ", ".join(f"{floor.level} at {floor.height:.2f} m" for floor in self.floors)
+        raise FloorError(f"there is no floor {level}; floors are {known or 'none'}")
+
+
+def find_floors(
+    stairways: Sequence[Stairway], trajectory: Trajectory | None = None, *, camera_height: float | None = None
+) -> FloorStack:
+    """Return the floors that stairways and a robot's way tell of.
+
+    Parameters
+    ----------
+    stairways
+        Each links two floors.
+    trajectory
+        Poses of the camera.
+    camera_height
+        Height of the camera above the floor, m; ``None``: the median over the floors that stairways
+        tell of.
+
+    Raises
+    ------
+    FloorError
+        If there is nothing that tells of a floor, or no stairway and no camera height.
+    """
+    ends = np.array(
+        [(stairway.flights[0].base[2], top_of(stairway.flights[-1])[2]) for stairway in stairways]
+    )
+    heights = _cluster_heights(ends.reshape(-1), _tolerance(ends.reshape(-1, 2)))
+    if trajectory is None:
+        if not heights:
+            raise FloorError("there are no floors: the run has no stairway and no trajectory")
+        feet = np.empty(0)
+        camera_height = float("nan") if camera_height is None else camera_height
+    else:
+        poses = trajectory.map_from_camera[:, 2, 3]
+        if camera_height is None:
+            camera_height = _estimate_camera_height(poses, heights)
+        feet = poses - camera_height
+        heights = sorted([*heights, *_find_other_floors(feet, heights)])
+    first = int(np.argmin(np.abs(np.array(heights) - feet[0]))) if len(feet) else 0
+    floors = tuple(
+        Floor(
+            level=index - first,
+            height=height,
+            is_explored=int(np.count_nonzero(np.abs(feet - height) < _ON_FLOOR))
+            >= min(_MIN_POSES, len(feet) or 1),
+        )
+        for index, height in enumerate(heights)
+    )
+
+    def level_at(height: float) -> int:
+        return int(np.argmin(np.abs(np.array(heights) - height))) - first
+
+    return FloorStack(
+        floors=floors,
+        levels={
+            stairway.id: (level_at(low), level_at(high))
+            for stairway, (low, high) in zip(stairways, ends, strict=True)
+        },
+        camera_height=camera_height,
+    )
+
+
+def _tolerance(ends: Float64Array) -> float:
+    """Largest spread of one floor: both ends of the lowest stairway must stay apart."""
+    if not len(ends):
+        return SAME_FLOOR
+    return min(SAME_FLOOR, 0.9 * float((ends[:, 1] - ends[:, 0]).min()))
+
+
+def _cluster_heights(values: Float64Array, tolerance: float) -> list[float]:
+    clusters: list[list[float]] = []
+    for value in np.sort(values):
+        if clusters and value - clusters[-1][0] < tolerance:
+            clusters[-1].append(float(value))
+        else:
+            clusters.append([float(value)])
+    heights = [float(np.median(cluster)) for cluster in clusters]
+    # Medians of neighbouring clusters may come closer than floors can be.
+    return [
+        height for index, height in enumerate(heights)
+        if not index or height - heights[index - 1] >= MIN_FLOOR_DISTANCE
+    ]  # fmt: skip
+
+
+def _estimate_camera_height(poses: Float64Array, heights: Sequence[float]) -> float:
+    """Median height of the camera above the next floor below it."""
+    if not heights:
+        raise FloorError(
+            "the run has no stairway, so the height of its floor is not known; "
+            "give the camera's height above it"
+        )
+    above = poses[:, None] - np.array(heights)
+    nearest = np.where(above > _MIN_CAMERA_HEIGHT, above, np.inf).min(axis=1)
+    nearest = nearest[nearest < 2.2]
+    if not len(nearest):
+        raise FloorError(
+            "the camera was never above a floor that a stairway begins or ends on; "
+            "give its height above the floor"
+        )
+    return float(np.median(nearest))
+
+
+def _find_other_floors(feet: Float64Array, heights: Sequence[float]) -> list[float]:
+    """Heights at which the robot stayed, a storey away from all floors that are known."""
+    found: list[float] = []
+    rest = feet
+    while len(rest):
+        known = np.array([*heights, *found])
+        if len(known):
+            rest = rest[np.abs(rest[:, None] - known).min(axis=1) >= MIN_STOREY]
+        if len(rest) < _MIN_LIFT_POSES:
+            break
+        counts = np.count_nonzero(np.abs(rest[:, None] - rest) < _ON_FLOOR / 2, axis=1)
+        best = int(np.argmax(counts))
+        if counts[best] < _MIN_LIFT_POSES:
+            break
+        found.append(float(np.median(rest[np.abs(rest - rest[best]) < _ON_FLOOR / 2])))
+    return found

@@ -1,0 +1,174 @@
+"""Planning over floors, and exploration: cheap frontiers first, then the stairs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from stairmap.navigation.exploration import find_candidates
+from stairmap.navigation.floors import FloorError, find_floors
+from stairmap.navigation.footprints import cover_mask, make_keepout_mask, stair_rectangles
+from stairmap.navigation.occupancy import OccupancyGrid
+from stairmap.navigation.planner import FloorPlanner
+from stairmap.navigation.portals import make_portals
+from stairmap.navigation.robot_profile import load_robot
+from walkable_stairways import make_flight, make_half_turn, make_stairway
+
+
+def building(num_floors, robot="spot", rise=3.0 / 18, run=0.29):
+    """Return portals of a tower whose stairs turn at each floor, 20 by 20 m."""
+    stairways = [
+        make_stairway(
+            make_flight(
+                base=(4.0 if level % 2 == 0 else 14.0, 2.0 + 3 * level, 3.0 * level),
+                heading=0.0 if level % 2 == 0 else math.pi, rise=rise, run=run, num_risers=round(3.0 / rise),
+            ),
+            stairway_id=level + 1,
+        )
+        for level in range(num_floors - 1)
+    ]  # fmt: skip
+    if not stairways:
+        return [], None, ()
+    floors = find_floors(stairways)
+    return stairways, floors, make_portals(stairways, floors, load_robot(robot))
+
+
+def empty_grid(side=100, resolution=0.2):
+    return OccupancyGrid(cells=np.zeros((side, side), dtype=np.int8), resolution=resolution, origin=(0, 0))
+
+
+def planner(num_floors=4, robot="spot", grids=None, **options):
+    _, _, portals = building(num_floors, robot)
+    grids = {level: empty_grid() for level in range(num_floors)} if grids is None else grids
+    return FloorPlanner(grids, portals, load_robot(robot), **options)
+
+
+def test_a_route_over_four_floors_takes_all_three_stairways():
+    route = planner().find_route(0, (1, 1), 3, (18, 18))
+    assert [leg.kind for leg in route.legs] == ["floor", "up", "floor", "up", "floor", "up", "floor"]
+    assert [leg.stairway_id for leg in route.legs if leg.stairway_id] == [1, 2, 3]
+    assert route.cost == pytest.approx(sum(leg.cost for leg in route.legs))
+
+
+def test_the_way_down_is_the_way_up_backwards():
+    tower = planner()
+    down = tower.find_route(3, (18, 18), 0, (1, 1))
+    assert [leg.kind for leg in down.legs][1::2] == ["down"] * 3
+    assert down.cost > tower.find_route(0, (1, 1), 3, (18, 18)).cost
+
+
+def test_a_straight_way_costs_its_time():
+    route = planner(1, grids={0: empty_grid()}).find_route(0, (1.1, 1.1), 0, (11.1, 1.1))
+    assert route.cost == pytest.approx(10.0 / 0.5)
+
+
+def test_stairs_that_the_robot_cannot_climb_are_not_used_and_the_route_says_so():
+    route = planner(robot="wheeled").find_route(0, (1, 1), 3, (18, 18))
+    assert not route
+    assert "stairway 1 (floor 0 to 1) is impassable for wheeled robot: rise" in route.reason
+
+
+def test_unknown_stairs_are_used_only_if_allowed():
+    assert not planner(robot="anymal").find_route(0, (1, 1), 1, (18, 18))
+    assert planner(robot="anymal", allow_unknown=True).find_route(0, (1, 1), 1, (18, 18))
+
+
+def test_a_way_around_is_taken_instead_of_stairs():
+    # Two floors and a wall across the lower one: a gap far away is still cheaper than up and down.
+    cells = np.zeros((100, 100), dtype=np.int8)
+    cells[:95, 50] = 100
+    grids = {0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0)), 1: empty_grid()}
+    route = planner(2, grids=grids).find_route(0, (8, 8), 0, (12, 8))
+    assert {leg.kind for leg in route.legs} == {"floor"}
+
+
+def test_the_robot_keeps_its_width_from_obstacles():
+    cells = np.zeros((100, 100), dtype=np.int8)
+    cells[:, 50] = 100
+    cells[48:50, 50] = 0  # 0.4 m: too narrow for 0.6 m
+    grids = {0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0))}
+    assert not planner(1, grids=grids).find_route(0, (5, 5), 0, (15, 5))
+
+
+def test_a_portal_that_ends_in_an_obstacle_is_explained():
+    cells = np.zeros((100, 100), dtype=np.int8)
+    cells[5:15, 12:22] = 100
+    grids = {0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0)), 1: empty_grid()}
+    route = planner(2, grids=grids).find_route(0, (10, 10), 1, (10, 10))
+    assert "stairway 1 (floor 0 to 1) ends where the robot cannot be on floor 0" in route.reason
+
+
+def test_an_end_without_map_or_ground_is_told():
+    with pytest.raises(FloorError, match="the goal is on floor 9, which has no map; maps are of floors 0, 1"):
+        planner(2).find_route(0, (1, 1), 9, (1, 1))
+    with pytest.raises(FloorError, match=r"the start \(-9.00, 0.00\) on floor 0 is not within 0.5 m"):
+        planner(2).find_route(0, (-9, 0), 1, (1, 1))
+    with pytest.raises(FloorError, match="no map of any floor"):
+        FloorPlanner({}, [])
+
+
+def unknown_right_half(grid):
+    cells = grid.cells.copy()
+    cells[:, 60:] = -1
+    return OccupancyGrid(cells=cells, resolution=grid.resolution, origin=grid.origin)
+
+
+def test_exploration_takes_the_frontier_of_this_floor_first_then_the_stairs():
+    candidates = find_candidates(planner(2, grids={0: unknown_right_half(empty_grid())}), 0, (2.0, 2.0))
+    assert [candidate.kind for candidate in candidates] == ["frontier", "stairs"]
+    assert candidates[0].cost < candidates[1].cost
+    assert candidates[1].stairway_id == 1
+
+
+def test_when_a_floor_is_explored_only_the_stairs_are_left():
+    (only,) = find_candidates(planner(2, grids={0: empty_grid()}), 0, (2.0, 2.0))
+    assert (only.kind, only.level) == ("stairs", 0)
+    assert not find_candidates(planner(2, robot="wheeled", grids={0: empty_grid()}), 0, (2.0, 2.0))
+
+
+def test_the_frontiers_of_another_floor_cost_the_stairs_too():
+    grids = {0: empty_grid(), 1: unknown_right_half(empty_grid())}
+    (frontier,) = find_candidates(planner(2, grids=grids), 0, (2.0, 2.0))
+    assert (frontier.kind, frontier.level) == ("frontier", 1)
+    assert frontier.cost > 60
+
+
+def test_stairs_cover_the_floor_below_them_up_to_headroom_and_the_well_above():
+    stairways, floors, _ = building(2)
+    (below,) = stair_rectangles(stairways[0], floors, 0)
+    (above,) = stair_rectangles(stairways[0], floors, 1)
+    assert below.length == pytest.approx(12 * 0.29 + 0.05, abs=0.3)
+    assert above.length == pytest.approx(17 * 0.29 + 0.30)
+    assert below.width == above.width == pytest.approx(1.2)
+
+
+def test_the_descending_edge_is_forbidden_and_the_ground_behind_it_is_not():
+    stairways, floors, _ = building(2)
+    mask = make_keepout_mask(stairways, floors, 1)
+    edge = 4.0 + 17 * 0.29
+    assert mask.value_at((edge + 0.2, 2.0)) == 100
+    assert mask.value_at((edge - 0.2, 2.0)) == 100
+    assert mask.value_at((edge + 0.5, 2.0)) == 0
+    assert mask.value_at((edge + 0.2, 2.8)) == 0
+
+
+def test_a_floor_that_no_stairway_touches_needs_no_mask():
+    _, floors, _ = building(4)
+    assert make_keepout_mask([], floors, 2) is None
+
+
+def test_a_mask_takes_the_extent_of_the_map():
+    stairways, floors, _ = building(2)
+    grid = empty_grid()
+    mask = make_keepout_mask(stairways, floors, 0, like=grid)
+    assert mask.cells.shape == grid.cells.shape
+    assert np.count_nonzero(mask.cells) == np.count_nonzero(
+        cover_mask(grid, stair_rectangles(stairways[0], floors, 0))
+    )
+
+
+def test_a_half_turn_covers_both_flights_and_its_landing_on_the_upper_floor():
+    stairway = make_half_turn()
+    assert len(stair_rectangles(stairway, find_floors([stairway]), 1)) == 3
