@@ -23,6 +23,7 @@ from stairmap.detection.inverse_depth import (
 )
 from stairmap.detection.jump_edges import find_riser_tops, find_tread_fronts
 from stairmap.detection.lattice import Lattice, find_lattices, group_nosings
+from stairmap.detection.ledges import find_ledges
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.detection.orientation import (
     Heading,
@@ -154,7 +155,8 @@ class StairEdgeDetector:
         creases, in_crease = find_creases(segments)
         fronts = find_tread_fronts(elevation, segments, in_crease[:, 1], view_sign=view_sign)
         if view_sign > 0:
-            ends = np.concatenate([find_riser_tops(elevation, segments, in_crease[:, 0]), fronts])
+            tops = find_riser_tops(elevation, segments, in_crease[:, 0])
+            ends = np.concatenate([tops, fronts, find_ledges(elevation, noise=noise)])
             nosings = np.concatenate([creases, ends])
         else:
             ends = nosings = fronts

@@ -178,6 +178,7 @@ def choose_nosings(lattice: RefinedLattice, extents: StepExtents, turned: Mask) 
     nosings = lattice.nosings
     is_front = np.isfinite(nosings.distance) & (nosings.num_tread_pixels > 0)
     width = extents.left - extents.right
+    is_front &= ~_goes_on_in_front(lattice)
     seen = nosings.is_seen & ((nosings.num_riser_pixels >= 8) | is_front) & np.isfinite(width)
     if not seen.any():
         return np.zeros(0, dtype=np.int64)
@@ -203,3 +204,15 @@ def choose_nosings(lattice: RefinedLattice, extents: StepExtents, turned: Mask) 
                 missed += 1
             index += direction
     return np.array(sorted(chosen), dtype=np.int64)
+
+
+def _goes_on_in_front(lattice: RefinedLattice) -> Mask:
+    """(num_nosings,) whether a tread's level goes on in front of its nosing, as a floor does."""
+    x = (lattice.pixels.forward - np.float32(lattice.distance)) / np.float32(lattice.run)
+    y = (lattice.pixels.height - np.float32(lattice.height)) / np.float32(lattice.rise)
+    index = np.rint(y).astype(np.int64)
+    num_nosings = len(lattice.nosings.num_tread_pixels)
+    inside = (index >= 0) & (index < num_nosings) & (np.abs(y - index) < 0.15)
+    inside &= (index - x > 0.15) & (index - x < 0.8)
+    in_front = np.bincount(index[inside], minlength=num_nosings) * lattice.row_step
+    return np.asarray(in_front > 0.3 * lattice.nosings.num_tread_pixels)

@@ -26,6 +26,9 @@ CLEAN_TREAD_ROWS = 5.0
 """The row at a nosing also shows what a sensor makes of edges: over so many rows it is diluted, over fewer
 its share grows with the square."""
 
+MIN_UPRIGHTNESS = 0.6
+"""Least spread in height of a riser's pixels against their spread in depth beyond the noise."""
+
 MIN_TREAD_ROWS = 2.0
 """A tread below the camera seen over fewer rows than this is not measured at all."""
 
@@ -107,6 +110,8 @@ def measure_nosings(
     riser_s, riser_std, num_riser = _surface_means(
         pixels.forward, members.riser, members.index, spread, num_nosings, row_step
     )
+    flat = ~_is_upright(pixels, members, spread, num_nosings)
+    riser_s[flat], num_riser = np.nan, np.where(flat, 0, num_riser)
     rows_of_tread = -np.abs(run) * lattice_z / np.maximum(lattice_s, 0.1) ** 2 / pixel_size
     tread_z[rows_of_tread < MIN_TREAD_ROWS] = np.nan
     edge = EDGE_ROW_STD * pixel_size * np.maximum(lattice_s, 0.1)
@@ -154,6 +159,19 @@ def _surface_means(
         std = np.sqrt(PIXELS_PER_SAMPLE / (total * row_step))
     mean[count < MIN_SURFACE_PIXELS] = np.nan
     return mean, std, count
+
+
+def _is_upright(pixels: StairPixels, members: Membership, spread: Float64Array, num_nosings: int) -> Mask:
+    """Whether the pixels of each riser extend in height rather than in depth: a floor's do not."""
+    index = members.index[members.riser]
+    count = np.maximum(np.bincount(index, minlength=num_nosings), 1)
+    variances = []
+    for values in (pixels.height, pixels.forward):
+        chosen = values[members.riser].astype(np.float64)
+        mean = np.bincount(index, chosen, num_nosings) / count
+        variances.append(np.bincount(index, (chosen - mean[index]) ** 2, num_nosings) / count)
+    noise = np.bincount(index, spread[members.riser] ** 2, num_nosings) / count
+    return np.asarray(variances[0] > MIN_UPRIGHTNESS**2 * np.maximum(variances[1] - noise, 0.0))
 
 
 def _end_medians(

@@ -20,6 +20,10 @@ MAX_SEE_THROUGH = 0.30
 MIN_TREAD_PIXELS = 30
 """Fewest pixels of a tread that can stand for a step without a riser."""
 
+MAX_LEDGE_PHASE = 0.3
+"""Where half of the riser pixels lie within this share of a rise below the nosings, they are the fronts of
+slabs, and the risers are open."""
+
 MAX_IRREGULARITY = 0.035
 """Largest root mean square distance of nosings from the lattice, m, beyond the noise."""
 
@@ -90,7 +94,7 @@ def _see_through_share(refined: RefinedLattice, extents: StepExtents, chosen: In
     """Share of the pixels between the steps' ends that lie behind the surfaces of the stairs.
 
     Stairs with open risers let one look through where risers would be. Where three treads or
-    more were seen, only what lies behind treads counts.
+    more were seen, or only the upper part of the risers, only what lies behind treads counts.
     """
     if len(chosen) == 0:
         return 0.0
@@ -102,7 +106,10 @@ def _see_through_share(refined: RefinedLattice, extents: StepExtents, chosen: In
     through_tread = _enters_by_tread(refined, behind)
     num_treads = np.count_nonzero(refined.nosings.num_tread_pixels[chosen] >= MIN_TREAD_PIXELS)
     on_tread = int(np.count_nonzero(between & members.tread))
-    if num_treads >= 3:
+    phase = members.index - (pixels.height - refined.height) / refined.rise
+    phases = phase[between & members.riser]
+    is_open = len(phases) > 0 and float(np.median(phases)) < MAX_LEDGE_PHASE
+    if num_treads >= 3 or is_open:
         num_through = int(np.count_nonzero(through_tread))
         return num_through / max(on_tread + num_through, 1)
     on_riser = int(np.count_nonzero(between & members.riser))
