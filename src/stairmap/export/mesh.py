@@ -89,3 +89,41 @@ def dump_ply(stairways: Sequence[Stairway], path: Path) -> None:
         path.write_bytes(ply_from_stairways(stairways))
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
+
+
+def obj_from_stairways(stairways: Sequence[Stairway]) -> str:
+    """Return a Wavefront OBJ file of the surfaces and nosings of stairways, an object each.
+
+    Numbers have micrometres. Faces and lines count vertices from 1 over the whole file.
+
+    Parameters
+    ----------
+    stairways
+        What to write, in map coordinates, m, z up.
+    """
+    lines = ["# stairways, metres, map coordinates, z up; lines are the nosings"]
+    count = 0
+    for stairway in stairways:
+        vertices, triangles = stairway.surface()
+        nosings = stairway.edges().reshape(-1, 3)
+        lines.append(f"o stairway_{stairway.id}")
+        lines += [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in np.concatenate([vertices, nosings])]
+        lines += [f"f {a} {b} {c}" for a, b, c in triangles + count + 1]
+        first = count + len(vertices) + 1
+        lines += [f"l {first + index} {first + index + 1}" for index in range(0, len(nosings), 2)]
+        count += len(vertices) + len(nosings)
+    return "\n".join(lines) + "\n"
+
+
+def dump_obj(stairways: Sequence[Stairway], path: Path) -> None:
+    """Write the surfaces and nosings of stairways to a Wavefront OBJ file; see ``obj_from_stairways``.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    try:
+        path.write_text(obj_from_stairways(stairways), encoding="ascii")
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror}") from error
