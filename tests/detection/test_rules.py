@@ -12,15 +12,15 @@ from analytic_stairs import AnalyticStairs, pose_looking
 from solid_scenes import FLOOR, frame_of, pose_towards, room, stairs_solid
 from stairmap.arrays import Transform
 from stairmap.config import Config
+from stairmap.detection.candidates import judge_candidate
 from stairmap.detection.detector import StairEdgeDetector
-from stairmap.detection.edge_lines import choose_nosings, measure_extents
 from stairmap.detection.inverse_depth import inverse_depth_from_frame
 from stairmap.detection.lattice import Lattice
 from stairmap.detection.observation import Detection, Rejection
 from stairmap.detection.refinement import refine_lattice
-from stairmap.detection.rules import find_rejections
 from stairmap.frame import DepthFrame
 from stairmap.simulation.triangle_mesh import TriangleMesh, joined, make_block, make_wall
+from stairmap.transforms import rotation_from_vector
 
 STAIRS = AnalyticStairs(rise=0.17, run=0.28, width=1.2, num_risers=5)
 POSE = pose_towards((0.6, 0.0, 0.5), distance=1.4, height=1.2)
@@ -125,40 +125,39 @@ def test_boards_that_let_one_look_through_where_treads_should_be_are_rejected() 
 
 def test_nosings_that_stray_from_their_lattice_are_rejected() -> None:
     image = inverse_depth_from_frame(frame_of([stairs_solid(STAIRS), room()], POSE), max_depth=6.0)
-    refined = refine_lattice(
-        image,
-        Lattice(
-            distance=1.4,
-            height=0.17 - 1.2,
-            run=0.28,
-            rise=0.17,
-            indices=np.arange(5),
-            strips=np.ones(20, bool),
-        ),
-        POSE[2, :3].copy(),
-        POSE[0, :3].copy(),
-        np.zeros((0, 3)),
-        noise=1e-4,
-        columns=(0, 320),
+    lattice = Lattice(
+        distance=1.4, height=0.17 - 1.2, run=0.28, rise=0.17, indices=np.arange(5), strips=np.ones(20, bool)
     )
+    up, forward = POSE[2, :3].copy(), POSE[0, :3].copy()
+    refined = refine_lattice(image, lattice, up, forward, np.zeros((0, 3)), noise=1e-4, columns=(0, 320))
     assert refined is not None
-    extents = measure_extents(image, refined)
-    chosen = choose_nosings(refined, extents)
-    assert find_rejections(refined, extents, chosen, 1.2, Config()) == ()
-    alternating = np.where(np.arange(len(refined.nosings.height)) % 2, 0.06, -0.06)
-    strayed = replace(
-        refined,
-        nosings=replace(
-            refined.nosings,
-            height=refined.nosings.height + alternating,
-            distance=refined.nosings.distance + alternating,
-        ),
-    )
-    (rejection,) = find_rejections(strayed, extents, chosen, 1.2, Config())
+    assert judge_candidate(image, lattice, refined, 0, Config()).rejections == ()
+    nosings = refined.nosings
+    astray = np.where(np.arange(len(nosings.height)) % 2, 0.06, -0.06)
+    strayed = replace(nosings, height=nosings.height + astray, distance=nosings.distance + astray)
+    candidate = judge_candidate(image, lattice, replace(refined, nosings=strayed), 0, Config())
+    assert candidate.observation is None
+    (rejection,) = candidate.rejections
     assert rejection.rule == "max_irregularity"
     assert rejection.unit == "m"
     assert rejection.measured == pytest.approx(0.06, abs=0.01)
     assert rejection.limit < 0.06
+
+
+@pytest.mark.parametrize("turn_deg", [11.25, 15.0])
+def test_winders_are_no_straight_flight(turn_deg: float) -> None:
+    # Wedges about a post to the left: each riser is turned against the one before it.
+    post = np.array([0.0, 0.45, 0.0])
+    wedges = []
+    for k in range(6):
+        turn = np.eye(4)
+        turn[:3, :3] = rotation_from_vector([0.0, 0.0, np.radians(turn_deg) * k])
+        turn[:3, 3] = post
+        wedges.append(make_block([0.0, -1.3, 0.0], [0.9, 0.0, 0.17 * (k + 1)]).transformed(turn))
+    pose = pose_towards((0.2, -0.2, 0.3), distance=1.8, height=1.0)
+    detection = detect(joined(wedges), room(), pose=pose)
+    assert not detection
+    assert detection.rejections
 
 
 def test_a_rejection_of_a_rule_that_min_steps_did_not_break_measures_what_breaks_it() -> None:
