@@ -20,6 +20,10 @@ MAX_SEE_THROUGH = 0.30
 MIN_TREAD_PIXELS = 30
 """Fewest pixels of a tread that can stand for a step without a riser."""
 
+MAX_OCCLUDED, MIN_CLEARANCE = 0.4, 0.12
+"""Largest share of rays that end at something in front of the stairs, and how far above the nosing line, m,
+that must be."""
+
 MAX_LEDGE_PHASE = 0.3
 """Where half of the riser pixels lie within this share of a rise below the nosings, they are the fronts of
 slabs, and the risers are open."""
@@ -82,6 +86,9 @@ def find_rejections(
     see_through = _see_through_share(refined, extents, chosen)
     if see_through > MAX_SEE_THROUGH:
         found.append(Rejection(rule="max_see_through", measured=see_through, limit=MAX_SEE_THROUGH, unit="1"))
+    occluded = _occluded_share(refined, extents, chosen)
+    if occluded > MAX_OCCLUDED:
+        found.append(Rejection(rule="max_occluded", measured=occluded, limit=MAX_OCCLUDED, unit="1"))
     irregularity = _irregularity(refined, chosen)
     if irregularity > MAX_IRREGULARITY:
         found.append(
@@ -114,6 +121,33 @@ def _see_through_share(refined: RefinedLattice, extents: StepExtents, chosen: In
         return num_through / max(on_tread + num_through, 1)
     on_riser = int(np.count_nonzero(between & members.riser))
     return len(behind) / max(on_tread + on_riser + len(behind), 1)
+
+
+def _occluded_share(refined: RefinedLattice, extents: StepExtents, chosen: IntArray) -> float:
+    """Share of the rays towards the stairs that something well in front of them stops.
+
+    People and bags hide a part; what hides most is the thing itself: a pallet, through whose gaps
+    a few boards line up.
+    """
+    if len(chosen) == 0:
+        return 0.0
+    members, pixels = refined.members, refined.pixels
+    first, last = int(chosen[0]), int(chosen[-1])
+    low_s, low_z = refined.distance + first * refined.run, refined.height + (first - 1) * refined.rise
+    high_s, high_z = refined.distance + last * refined.run, refined.height + last * refined.rise
+    slope = pixels.height / np.maximum(pixels.forward, 0.1)
+    low, high = sorted((low_z / max(low_s, 0.1), high_z / max(high_s, 0.1)))
+    toward = (slope > low) & (slope < high)
+    # A ray's place across the stairs is taken at the middle step's distance.
+    across = pixels.left / np.maximum(pixels.forward, 0.1) * max(0.5 * (low_s + high_s), 0.1)
+    toward &= (across < np.nanmedian(extents.left[chosen])) & (across > np.nanmedian(extents.right[chosen]))
+    pitch = np.arctan2(refined.rise, refined.run)
+    above_line = (pixels.height - refined.height) * np.cos(pitch) - (
+        pixels.forward - refined.distance
+    ) * np.sin(pitch)
+    in_front = int(np.count_nonzero(toward & (above_line > MIN_CLEARANCE)))
+    on = int(np.count_nonzero(toward & (members.tread | members.riser)))
+    return in_front / max(in_front + on, 1)
 
 
 def _enters_by_tread(refined: RefinedLattice, chosen: IntArray) -> Mask:
