@@ -14,7 +14,7 @@ from stairmap.cli.options import Method, Up
 from stairmap.pipeline import METHODS
 from stairmap.recordings.map_up import UP_AUTO, UP_AXES
 
-COMMANDS = ("run", "detect", "inspect", "check", "demo", "simulate", "config")
+COMMANDS = ("run", "detect", "inspect", "check", "export", "plan", "demo", "simulate", "config")
 
 HEAVY = ("numpy", "scipy", "cv2", "pydantic", "yaml", "matplotlib", "embreex", "jinja2")
 

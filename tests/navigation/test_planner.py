@@ -9,7 +9,7 @@ import pytest
 
 from stairmap.navigation.exploration import find_candidates
 from stairmap.navigation.floors import FloorError, find_floors
-from stairmap.navigation.footprints import cover_mask, make_keepout_mask, stair_rectangles
+from stairmap.navigation.footprints import block_stairs, cover_mask, make_keepout_mask, stair_rectangles
 from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner
 from stairmap.navigation.portals import make_portals
@@ -172,3 +172,10 @@ def test_a_mask_takes_the_extent_of_the_map():
 def test_a_half_turn_covers_both_flights_and_its_landing_on_the_upper_floor():
     stairway = make_half_turn()
     assert len(stair_rectangles(stairway, find_floors([stairway]), 1)) == 3
+
+
+def test_the_only_way_over_stairs_is_their_portal():
+    stairways, floors, portals = building(2)
+    grids = {level: block_stairs(empty_grid(), stairways, floors, level) for level in (0, 1)}
+    assert grids[0].value_at((5.0, 2.0)) == 100
+    assert FloorPlanner(grids, portals, load_robot("spot")).find_route(0, (1, 1), 1, (18, 18))

@@ -12,7 +12,9 @@ from stairmap.cli.commands.config import config
 from stairmap.cli.commands.demo import demo
 from stairmap.cli.commands.detect import detect
 from stairmap.cli.commands.evaluate import evaluate
+from stairmap.cli.commands.export import export
 from stairmap.cli.commands.inspect import inspect
+from stairmap.cli.commands.plan import plan
 from stairmap.cli.commands.run import run
 from stairmap.cli.commands.simulate import simulate
 from stairmap.cli.exits import CommandGroup
@@ -34,7 +36,7 @@ Examples:
 """,
     epilog="Exit code: 0 ran (also without a stairway), 1 error, 2 wrong usage, 130 or 143 interrupted.",
 )
-for command in (run, detect, inspect, check, demo, simulate, evaluate, config):
+for command in (run, detect, inspect, check, export, plan, demo, simulate, evaluate, config):
     app.command()(command)
 
 

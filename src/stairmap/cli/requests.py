@@ -87,3 +87,50 @@ class CheckRequest:
     codes: tuple[str, ...]
     picture: Path | None
     as_json: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExportRequest:
+    """What ``stairmap export`` was asked for; ``anchor`` is latitude, longitude, bearing, deg."""
+
+    run: Path
+    formats: tuple[str, ...]
+    output: Path
+    robot: str | None
+    anchor: tuple[float, float, float] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanRequest:
+    """What ``stairmap plan`` was asked for; places are x, y in m and a level.
+
+    Attributes
+    ----------
+    run
+        Run folder.
+    maps
+        Nav2 map files by level.
+    recording
+        Recording of the run, for floors without such a file.
+    robot
+        Profile.
+    start, goal
+        Without a goal, the places to explore from are asked for.
+    allow_unknown
+        Whether stairs with an unknown verdict may be used.
+    camera_height
+        Above the floor, m; needed only without a stairway.
+    output
+        New folder for maps, route and picture.
+    """
+
+    run: Path
+    maps: tuple[tuple[int, Path], ...]
+    recording: Path | None
+    robot: str
+    start: tuple[float, float, int] | None
+    goal: tuple[float, float, int] | None
+    allow_unknown: bool
+    camera_height: float | None
+    output: Path | None
+    as_json: bool

@@ -92,6 +92,17 @@ def cover_mask(grid: OccupancyGrid, rectangles: Iterable[Rectangle]) -> Mask:
     return mask
 
 
+def block_stairs(
+    grid: OccupancyGrid, stairways: Iterable[Stairway], floors: FloorStack, level: int
+) -> OccupancyGrid:
+    """Return a map of a floor on which the only way over stairs is their portal."""
+    rectangles = [
+        rectangle for stairway in stairways for rectangle in stair_rectangles(stairway, floors, level)
+    ]
+    cells = np.where(cover_mask(grid, rectangles), OCCUPIED, grid.cells).astype(np.int8)
+    return OccupancyGrid(cells=cells, resolution=grid.resolution, origin=grid.origin)
+
+
 def make_keepout_mask(
     stairways: Sequence[Stairway],
     floors: FloorStack,

@@ -1,0 +1,100 @@
+"""Options of ``stairmap export``."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stairmap.cli.options import DebugOption
+from stairmap.cli.requests import ExportRequest
+
+
+class Format(str, Enum):
+    """What ``--format`` takes."""
+
+    nav2_graph = "nav2-graph"
+    keepout = "keepout"
+    osm = "osm"
+    ifc = "ifc"
+    ply = "ply"
+    obj = "obj"
+
+
+def export(
+    *,
+    run: Annotated[Path, typer.Argument(help="Run folder, or its stairways.json.", show_default=False)],
+    formats: Annotated[
+        list[Format],
+        typer.Option(
+            "--format",
+            "-f",
+            metavar="NAME",
+            help="nav2-graph, keepout, osm, ifc, ply or obj; may be repeated.",
+            show_default=False,
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="DIR",
+            help="Folder for the files. Default: 'export' in the run folder.",
+            show_default=False,
+        ),
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            "--robot",
+            metavar="NAME|FILE",
+            help="nav2-graph: its stairs and costs (s). keepout: stairs that it can climb stay open.",
+            show_default=False,
+        ),
+    ] = None,
+    anchor: Annotated[
+        str | None,
+        typer.Option(
+            "--anchor",
+            metavar="LAT,LON[,BEARING]",
+            help="osm: where the map's origin lies and its x axis points (default 90: east), deg.",
+            show_default=False,
+        ),
+    ] = None,
+    debug: DebugOption = False,
+) -> None:
+    """Write the stairways of a run in the formats of planners, maps and building models.
+
+    \b
+    Examples:
+      stairmap export results/hall_1 -f nav2-graph -f keepout --robot spot
+      stairmap export results/hall_1 -f osm --anchor 48.2628,11.6681,90
+      stairmap export results/hall_1 -f ifc -f obj -o hall_model
+    """
+    from stairmap.cli.export import export_stairways  # noqa: PLC0415
+
+    request = ExportRequest(
+        run=run,
+        formats=tuple(item.value for item in formats),
+        output=_default_output(run) if output is None else output,
+        robot=robot,
+        anchor=None if anchor is None else _parse_anchor(anchor),
+    )
+    raise typer.Exit(export_stairways(request))
+
+
+def _default_output(run: Path) -> Path:
+    return (run if run.is_dir() else run.parent) / "export"
+
+
+def _parse_anchor(text: str) -> tuple[float, float, float]:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise typer.BadParameter(f"--anchor: expected LAT,LON or LAT,LON,BEARING, got {text!r}") from error
+    if len(values) not in (2, 3):
+        raise typer.BadParameter(f"--anchor: expected LAT,LON or LAT,LON,BEARING, got {text!r}")
+    return values[0], values[1], values[2] if len(values) == 3 else 90.0

@@ -1,0 +1,88 @@
+"""``stairmap export``: the stairways of a run in the formats of other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from stairmap.cli.requests import ExportRequest
+from stairmap.cli.run_results import load_run_floors
+from stairmap.errors import ConfigError, OutputError
+from stairmap.export.geojson import EarthAnchor, osm_from_stairways
+from stairmap.export.ifc import dump_ifc
+from stairmap.export.loading import ResultsError, RunResults, load_stairways
+from stairmap.export.mesh import dump_obj, dump_ply
+from stairmap.export.nav2 import dump_json, dump_keepout_masks, dump_route_graph, route_graph_from_portals
+from stairmap.navigation.floors import FloorStack
+from stairmap.navigation.portals import ANY_ROBOT, make_portals
+from stairmap.navigation.robot_profile import RobotProfile, load_robot
+
+
+def export_stairways(request: ExportRequest) -> int:
+    """Write the stairways of a run in each format that was asked for; return the exit code.
+
+    Raises
+    ------
+    StairmapError
+        If the run cannot be read or holds no stairway, a profile or anchor is missing or bad, or a
+        file cannot be written.
+    """
+    robot = None if request.robot is None else load_robot(request.robot)
+    if "osm" in request.formats and request.anchor is None:
+        raise ConfigError(
+            "GeoJSON needs the place on earth; pass --anchor LAT,LON[,BEARING] of the map's origin"
+        )
+    anchor = None if request.anchor is None else EarthAnchor(
+        latitude=request.anchor[0], longitude=request.anchor[1], bearing=request.anchor[2]
+    )  # fmt: skip
+    results = load_stairways(request.run)
+    if not results.stairways:
+        raise ResultsError(f"{request.run} holds no stairway, so there is nothing to export")
+    floors = load_run_floors(request.run, results)
+    try:
+        request.output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot write {request.output}: {error.strerror}") from error
+    for name in request.formats:
+        for path in _export(name, results, floors, request.output, robot, anchor):
+            typer.echo(str(path))
+    return 0
+
+
+def _export(
+    name: str,
+    results: RunResults,
+    floors: FloorStack,
+    folder: Path,
+    robot: RobotProfile | None,
+    anchor: EarthAnchor | None,
+) -> tuple[Path, ...]:
+    stairways = results.stairways
+    if name == "keepout":
+        paths = dump_keepout_masks(stairways, floors, folder, robot=robot)
+        if not paths:
+            typer.echo("no keep-out mask: the robot can climb every stairway", err=True)
+        return paths
+    path = folder / {
+        "nav2-graph": "route_graph.geojson", "osm": "stairways_osm.geojson", "ifc": "stairways.ifc",
+        "ply": "stairways.ply", "obj": "stairways.obj",
+    }[name]  # fmt: skip
+    if name == "nav2-graph":
+        profile = ANY_ROBOT if robot is None else robot
+        portals = make_portals(stairways, floors, profile)
+        dump_route_graph(
+            route_graph_from_portals(
+                portals, robot=profile, frame_id=results.frame_id, allow_unknown=robot is None
+            ),
+            path,
+        )
+    elif name == "osm" and anchor is not None:
+        dump_json(osm_from_stairways(stairways, floors, anchor), path)
+    elif name == "ifc":
+        dump_ifc(stairways, floors, path)
+    elif name == "ply":
+        dump_ply(stairways, path)
+    else:
+        dump_obj(stairways, path)
+    return (path,)

@@ -1,0 +1,189 @@
+"""``stairmap plan``: a way over the floors of a run, or where to explore next."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from stairmap.cli.plain_table import format_columns
+from stairmap.cli.progress import FrameProgress
+from stairmap.cli.requests import PlanRequest
+from stairmap.cli.run_results import load_run_floors, load_run_trajectory
+from stairmap.errors import ConfigError, OutputError
+from stairmap.export.loading import load_stairways
+from stairmap.export.nav2 import dump_json
+from stairmap.export.results import null_for_nan
+from stairmap.navigation.exploration import Candidate, find_candidates
+from stairmap.navigation.floors import FloorStack
+from stairmap.navigation.footprints import block_stairs
+from stairmap.navigation.grid_building import GridBuilder
+from stairmap.navigation.occupancy import OccupancyGrid, dump_map, load_map
+from stairmap.navigation.planner import FloorPlanner, Route
+from stairmap.navigation.portals import Portal, make_portals, note_obstacles
+from stairmap.navigation.robot_profile import load_robot
+from stairmap.recordings.open import open_recording
+from stairmap.trajectory import Trajectory
+from stairmap.visualization.floor_map import draw_floor_maps
+from stairmap.visualization.plots import png_from_figure
+
+
+def plan_way(request: PlanRequest) -> int:
+    """Print a way or the places to explore; return the exit code.
+
+    Raises
+    ------
+    StairmapError
+        If the run, the recording, a map or a profile cannot be used, or an end of the way is no place
+        where the robot can be.
+    """
+    robot = load_robot(request.robot)
+    results = load_stairways(request.run)
+    trajectory = load_run_trajectory(request.run)
+    floors = load_run_floors(request.run, results, camera_height=request.camera_height)
+    grids = _load_grids(request, floors, trajectory)
+    portals = tuple(note_obstacles(p, grids) for p in make_portals(results.stairways, floors, robot))
+    blocked = {level: block_stairs(grid, results.stairways, floors, level) for level, grid in grids.items()}
+    planner = FloorPlanner(blocked, portals, robot, allow_unknown=request.allow_unknown)
+    x, y, level = _start(request, floors, trajectory)
+    route: Route | None = None
+    candidates: tuple[Candidate, ...] = ()
+    if request.goal is None:
+        candidates = find_candidates(planner, level, (x, y))
+    else:
+        route = planner.find_route(level, (x, y), request.goal[2], request.goal[:2])
+    values = _describe(floors, portals, route, candidates)
+    for portal in portals:
+        for note in portal.notes:
+            typer.echo(note, err=True)
+    if request.output is not None:
+        figure = draw_floor_maps(
+            floors, results.stairways, portals, grids=grids, route=route, candidates=candidates
+        )
+        _write(request.output, values, grids, png_from_figure(figure))
+    if request.as_json:
+        typer.echo(json.dumps(null_for_nan(values), indent=1, allow_nan=False))
+    else:
+        typer.echo(_format_text(route, candidates))
+        if request.output is not None:
+            typer.echo(str(request.output))
+    return 0
+
+
+def _load_grids(
+    request: PlanRequest, floors: FloorStack, trajectory: Trajectory | None
+) -> dict[int, OccupancyGrid]:
+    grids = {}
+    for level, path in request.maps:
+        if level in grids:
+            raise ConfigError(f"floor {level} has two maps; pass --map once for each floor")
+        floors.floor(level)
+        grids[level] = load_map(path)
+    if request.recording is not None:
+        if trajectory is None:
+            raise ConfigError(
+                f"{request.run} has no trajectory.tum, so --recording cannot be placed; pass --map"
+            )
+        mapped = _map_recording(request.recording, floors, trajectory)
+        grids = {**mapped, **grids}
+    if not grids:
+        raise ConfigError("there is no map to plan on; pass --recording DIR or --map LEVEL=FILE")
+    return grids
+
+
+def _map_recording(path: Path, floors: FloorStack, trajectory: Trajectory) -> dict[int, OccupancyGrid]:
+    recording = open_recording(path)
+    builder = GridBuilder(floors)
+    with FrameProgress(recording.num_frames) as progress:
+        for frame in recording:
+            if trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
+                builder.add(frame, trajectory.pose_at(frame.stamp_ns))
+            progress.advance()
+    return builder.grids()
+
+
+def _start(
+    request: PlanRequest, floors: FloorStack, trajectory: Trajectory | None
+) -> tuple[float, float, int]:
+    if request.start is not None:
+        return request.start
+    if trajectory is None:
+        raise ConfigError(f"{request.run} has no trajectory.tum; pass --from X,Y,LEVEL")
+    x, y, z = (float(value) for value in trajectory.map_from_camera[-1, :3, 3])
+    floor = min(floors.floors, key=lambda floor: abs(floor.height - (z - floors.camera_height)))
+    return x, y, floor.level
+
+
+def _describe(
+    floors: FloorStack, portals: tuple[Portal, ...], route: Route | None, candidates: tuple[Candidate, ...]
+) -> dict[str, Any]:
+    values: dict[str, Any] = {
+        "floors": [
+            {"level": floor.level, "height": floor.height, "is_explored": floor.is_explored}
+            for floor in floors.floors
+        ],
+        "portals": [portal.to_dict() for portal in portals],
+    }
+    if route is None:
+        return {**values, "candidates": [candidate.to_dict() for candidate in candidates]}
+    legs = [
+        {
+            "kind": leg.kind,
+            "level": leg.level,
+            "stairway": leg.stairway_id,
+            "cost": leg.cost,
+            "points": leg.points.tolist(),
+        }
+        for leg in route.legs
+    ]
+    return {**values, "route": {"cost": route.cost, "reason": route.reason, "legs": legs}}
+
+
+def _format_text(route: Route | None, candidates: tuple[Candidate, ...]) -> str:
+    if route is None:
+        if not candidates:
+            return "there is nothing left to explore that this robot can reach"
+        header = ("rank", "what", "floor", "x, y m", "cost s", "size m")
+        rows = [
+            (
+                str(rank),
+                "frontier" if candidate.kind == "frontier" else f"stairway {candidate.stairway_id}",
+                str(candidate.level),
+                ", ".join(f"{value:.2f}" for value in candidate.position),
+                f"{candidate.cost:.0f}",
+                f"{candidate.size:.1f}" if candidate.kind == "frontier" else "",
+            )
+            for rank, candidate in enumerate(candidates, start=1)
+        ]
+        return format_columns(header, rows, left_aligned=("what",))
+    if not route:
+        return f"no way: {route.reason}"
+    legs = [
+        (
+            "floor" if leg.kind == "floor" else f"stairway {leg.stairway_id} {leg.kind}",
+            str(leg.level),
+            ", ".join(f"{value:.2f}" for value in leg.points[-1, :2]),
+            f"{leg.cost:.0f}",
+        )
+        for leg in route.legs
+    ]
+    table = format_columns(("leg", "from floor", "ends at x, y m", "cost s"), legs, left_aligned=("leg",))
+    return f"{table}\n\n{route.cost:.0f} s in all"
+
+
+def _write(output: Path, values: dict[str, Any], grids: dict[int, OccupancyGrid], picture: bytes) -> None:
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+        if any(output.iterdir()):
+            raise OutputError(
+                f"--output {output} is not empty and nothing is overwritten; name another folder"
+            )
+        (output / "plan.png").write_bytes(picture)
+    except OSError as error:
+        raise OutputError(f"cannot write {output}: {error.strerror}") from error
+    dump_json(values, output / "plan.json")
+    for level, grid in grids.items():
+        dump_map(grid, output, f"floor_{level}")

@@ -1,0 +1,233 @@
+"""Maps of the floors of a building: what is free, the stairways with arrows up, portals, the planned way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from stairmap.arrays import Points
+from stairmap.navigation.exploration import Candidate
+from stairmap.navigation.floors import Floor, FloorStack
+from stairmap.navigation.footprints import stair_rectangles
+from stairmap.navigation.limits import Verdict
+from stairmap.navigation.occupancy import FREE, OCCUPIED, OccupancyGrid
+from stairmap.navigation.planner import Route
+from stairmap.navigation.portals import Portal
+from stairmap.stairway import Stairway
+from stairmap.visualization.dimensions import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, draw_label, finish_axes
+from stairmap.visualization.plots import make_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+else:
+    Axes: TypeAlias = Any
+    Figure: TypeAlias = Any
+
+_FREE_SHADE, _UNKNOWN_SHADE, _OCCUPIED_SHADE = 255, 215, 60
+_VERDICT_COLORS: dict[Verdict, str] = {"passable": BLUE, "impassable": ORANGE, "unknown": GREY}
+_MAX_CANDIDATES = 5
+_MAX_COLUMNS = 3
+_PANEL = 5.4
+_MARGIN = 0.5
+_LABEL_DISTANCE = 0.5
+
+
+def draw_floor_maps(
+    floors: FloorStack,
+    stairways: Sequence[Stairway],
+    portals: Sequence[Portal],
+    *,
+    grids: Mapping[int, OccupancyGrid] | None = None,
+    route: Route | None = None,
+    candidates: Sequence[Candidate] = (),
+) -> Figure:
+    """Draw a map of each floor, lowest first.
+
+    Parameters
+    ----------
+    floors, stairways, portals
+        What there is; stairs take the colour of their verdict.
+    grids
+        Occupancy by level; floors without one have only their stairs.
+    route
+        The planned way.
+    candidates
+        Places to explore from, cheapest first; the first five are numbered.
+
+    Raises
+    ------
+    MissingPackageError
+        If matplotlib is not installed.
+    """
+    grids = {} if grids is None else grids
+    shown = [floor for floor in floors.floors if floor.level in grids or _touches(floors, floor)]
+    shown = shown or list(floors.floors)
+    num_columns = min(len(shown), _MAX_COLUMNS)
+    num_rows = math.ceil(len(shown) / num_columns)
+    figure = make_figure(width=max(_PANEL * num_columns, 7.0), height=_PANEL * num_rows + 1.0)
+    panels = figure.subplots(num_rows, num_columns, squeeze=False).reshape(-1)
+    for axes, floor in zip(panels, shown, strict=False):
+        _draw_floor(axes, floor, floors, stairways, portals, grids.get(floor.level), route, candidates)
+    low, high = _extent(stairways, portals, grids)
+    for axes in panels[: len(shown)]:
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
+    for axes in panels[len(shown) :]:
+        axes.axis("off")
+    named = {
+        label: handle
+        for axes in panels[: len(shown)]
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+def _extent(
+    stairways: Sequence[Stairway], portals: Sequence[Portal], grids: Mapping[int, OccupancyGrid]
+) -> tuple[Points, Points]:
+    """Return the lower left and upper right corner of everything, the same for all floors."""
+    corners = [stairway.edges()[..., :2].reshape(-1, 2) for stairway in stairways]
+    corners += [portal.way[:, :2] for portal in portals]
+    for grid in grids.values():
+        low = np.array(grid.origin)
+        corners.append(np.array([low, low + np.array(grid.cells.shape[::-1]) * grid.resolution]))
+    every = np.concatenate(corners) if corners else np.zeros((1, 2))
+    return every.min(axis=0) - _MARGIN, every.max(axis=0) + _MARGIN
+
+
+def _touches(floors: FloorStack, floor: Floor) -> bool:
+    return any(floor.level in levels for levels in floors.levels.values())
+
+
+def _draw_floor(
+    axes: Axes,
+    floor: Floor,
+    floors: FloorStack,
+    stairways: Sequence[Stairway],
+    portals: Sequence[Portal],
+    grid: OccupancyGrid | None,
+    route: Route | None,
+    candidates: Sequence[Candidate],
+) -> None:
+    if grid is not None:
+        _draw_grid(axes, grid)
+    by_id = {portal.stairway_id: portal for portal in portals}
+    for stairway in stairways:
+        if floor.level in floors.levels[stairway.id]:
+            _draw_stairs(axes, stairway, by_id[stairway.id], floors, floor.level)
+    if route is not None:
+        _draw_route(axes, route, floor.level)
+    for number, candidate in enumerate(candidates[:_MAX_CANDIDATES], start=1):
+        if candidate.level == floor.level:
+            axes.plot(
+                *candidate.position,
+                "D",
+                color=PURPLE,
+                markersize=8,
+                zorder=9,
+                label="to explore, cheapest first",
+            )
+            axes.annotate(
+                f"{number}: {candidate.cost:.0f} s", tuple(candidate.position), xytext=(8, 6),
+                textcoords="offset points", color=PURPLE, fontsize=9, zorder=10,
+                bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+            )  # fmt: skip
+    state = "" if floor.is_explored else ", not explored"
+    axes.set_title(f"floor {floor.level} at {floor.height:.2f} m{state}", color=INK)
+    axes.set_aspect("equal")
+    axes.set_xlabel("map x, m")
+    axes.set_ylabel("map y, m")
+    finish_axes(axes)
+
+
+def _draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
+    image = np.full(grid.cells.shape, _UNKNOWN_SHADE, dtype=np.uint8)
+    image[grid.cells == FREE] = _FREE_SHADE
+    image[grid.cells == OCCUPIED] = _OCCUPIED_SHADE
+    rows, columns = grid.cells.shape[0], grid.cells.shape[1]
+    left, bottom = grid.origin
+    axes.imshow(
+        image, cmap="gray", vmin=0, vmax=255, origin="lower", interpolation="nearest", zorder=0,
+        extent=(left, left + columns * grid.resolution, bottom, bottom + rows * grid.resolution),
+    )  # fmt: skip
+    for shade, name in ((_OCCUPIED_SHADE, "occupied"), (_UNKNOWN_SHADE, "unknown")):
+        gray = f"{shade / 255:.3f}"
+        axes.plot([], [], "s", color=gray, markeredgecolor=GREY, markersize=8, label=name)
+
+
+def _draw_stairs(axes: Axes, stairway: Stairway, portal: Portal, floors: FloorStack, level: int) -> None:
+    color = _VERDICT_COLORS[portal.verdict]
+    for rectangle in stair_rectangles(stairway, floors, level):
+        axes.fill(
+            *rectangle.corners().T, facecolor=color, alpha=0.25, edgecolor=color, linewidth=1.2, zorder=3
+        )
+    for flight in stairway.flights:
+        for nosing in flight.edges():
+            axes.plot(nosing[:, 0], nosing[:, 1], color=color, linewidth=0.8, zorder=4)
+    middle = portal.way[1:-1]
+    axes.plot(middle[:, 0], middle[:, 1], color=INK, linewidth=1.1, zorder=5)
+    axes.annotate(
+        "", tuple(middle[-1, :2]), tuple(middle[-2, :2]), zorder=6,
+        arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.3, "shrinkA": 0, "shrinkB": 0},
+    )  # fmt: skip
+    axes.plot([], [], color=INK, linewidth=1.1, label="stairs, arrow up")
+    axes.plot(
+        [],
+        [],
+        "s",
+        color=color,
+        alpha=0.5,
+        markersize=9,
+        label=f"{portal.verdict} for {portal.assessment.robot}",
+    )
+    pose, other = (
+        (portal.lower, portal.upper_level)
+        if level == portal.lower_level
+        else (portal.upper, portal.lower_level)
+    )
+    ahead = 0.35 * np.array([np.cos(pose.heading), np.sin(pose.heading)])
+    axes.annotate(
+        "", tuple(pose.position[:2] + ahead), tuple(pose.position[:2]), zorder=8,
+        arrowprops={"arrowstyle": "-|>", "color": ORANGE, "linewidth": 1.8, "shrinkA": 0, "shrinkB": 0},
+    )  # fmt: skip
+    axes.plot(*pose.position[:2], "o", color=ORANGE, markersize=7, zorder=8, label="staging pose")
+    cost = portal.cost_up if level == portal.lower_level else portal.cost_down
+    first = stairway.flights[0]
+    left = first.map_from_flight[:2, 1]
+    beside = middle[:2].mean(axis=0)[:2] + left * (first.width / 2 + _LABEL_DISTANCE)
+    draw_label(axes, beside, f"stairway {stairway.id}\nto floor {other}, {cost:.0f} s")
+
+
+def _draw_route(axes: Axes, route: Route, level: int) -> None:
+    for leg in route.legs:
+        is_here = (
+            leg.level == level if leg.kind == "floor" else _begins_or_ends(route, leg.stairway_id, level)
+        )
+        if is_here:
+            style = "-" if leg.kind == "floor" else (0, (2, 1.5))
+            axes.plot(
+                *leg.points[:, :2].T,
+                color=GREEN,
+                linewidth=2.4,
+                linestyle=style,
+                zorder=7,
+                label="planned way",
+            )
+    if route.legs and route.legs[0].level == level:
+        axes.plot(*route.legs[0].points[0, :2], "o", color=GREEN, markersize=9, zorder=8, label="start")
+    if route.legs and route.legs[-1].level == level and route.legs[-1].kind == "floor":
+        axes.plot(*route.legs[-1].points[-1, :2], "*", color=GREEN, markersize=14, zorder=8, label="goal")
+
+
+def _begins_or_ends(route: Route, stairway_id: int | None, level: int) -> bool:
+    """Whether a floor leg of this level comes before or after the stairs."""
+    for index, leg in enumerate(route.legs):
+        if leg.stairway_id == stairway_id and leg.kind != "floor":
+            near = route.legs[max(index - 1, 0) : index + 2]
+            return any(neighbour.level == level for neighbour in near if neighbour.kind == "floor")
+    return False

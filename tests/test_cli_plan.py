@@ -1,0 +1,138 @@
+"""``stairmap export`` and ``stairmap plan``: from a recording to files and a way."""
+
+from __future__ import annotations
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from command_line import check_refused, stairmap
+from small_recordings import write_recording
+from stairmap.export.results import RunFolder
+from stairmap.navigation.occupancy import OccupancyGrid, dump_map, load_map
+from walkable_stairways import make_flight, make_stairway
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return write_recording(tmp_path_factory.mktemp("recordings") / "stairs")
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory, recording):
+    folder = tmp_path_factory.mktemp("runs") / "stairs"
+    assert stairmap("run", recording, "-o", folder, "--no-report").code == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def tower(tmp_path_factory):
+    """Run folder of a stairway between two floors, without a way, and their maps."""
+    folder = tmp_path_factory.mktemp("runs") / "tower"
+    folder.mkdir()
+    RunFolder(folder).write_stairways(
+        [make_stairway(make_flight(base=(4, 5, 0), rise=3.0 / 18, num_risers=18))], num_frames=9
+    )
+    grid = OccupancyGrid(cells=np.zeros((100, 100), dtype=np.int8), resolution=0.1, origin=(0, 0))
+    return folder, [f"{level}={dump_map(grid, folder, f'map_{level}')}" for level in (0, 1)]
+
+
+@pytest.fixture
+def empty_run(tmp_path):
+    (tmp_path / "empty").mkdir()
+    RunFolder(tmp_path / "empty").write_stairways([], num_frames=0)
+    return tmp_path / "empty"
+
+
+def test_export_writes_every_format_and_prints_the_paths(run_folder, tmp_path):
+    pytest.importorskip("ifcopenshell", reason="needs the extra ifc")
+    formats = [
+        part for name in ("nav2-graph", "keepout", "osm", "ifc", "ply", "obj") for part in ("-f", name)
+    ]
+    outcome = stairmap("export", run_folder, *formats, "--anchor", "48.2,11.6", "-o", tmp_path / "out")
+    assert outcome.code == 0, outcome.stderr
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"route_graph.geojson", "keepout_floor_0.yaml", "stairways_osm.geojson"} <= names
+    assert {"stairways.ifc", "stairways.ply", "stairways.obj"} <= names
+    assert outcome.stdout.splitlines()[0] == str(tmp_path / "out" / "route_graph.geojson")
+
+
+def test_export_goes_into_the_run_folder_by_default(tower):
+    folder, _ = tower
+    stairmap("export", folder / "stairways.json", "-f", "obj")
+    assert (folder / "export" / "stairways.obj").is_file()
+
+
+def test_geojson_without_a_place_on_earth_is_refused(run_folder):
+    check_refused(stairmap("export", run_folder, "-f", "osm"), "--anchor LAT,LON")
+
+
+def test_an_anchor_that_is_none_is_wrong_usage(run_folder):
+    assert stairmap("export", run_folder, "-f", "osm", "--anchor", "here").code == 2
+    assert stairmap("export", run_folder, "-f", "osm", "--anchor", "1").code == 2
+
+
+def test_a_graph_for_wheels_would_have_no_edge(tower):
+    folder, _ = tower
+    outcome = stairmap("export", folder, "-f", "nav2-graph", "--robot", "wheeled")
+    check_refused(outcome, "none of 1 stairways can be used by wheeled robot")
+
+
+def test_a_robot_that_climbs_all_gets_no_mask_and_is_told(tower, tmp_path):
+    folder, _ = tower
+    outcome = stairmap("export", folder, "-f", "keepout", "--robot", "spot", "-o", tmp_path / "out")
+    assert (outcome.code, outcome.stdout) == (0, "")
+    assert "can climb every stairway" in outcome.stderr
+
+
+def test_an_empty_run_is_told_in_one_line(empty_run):
+    check_refused(stairmap("export", empty_run, "-f", "obj"), "no stairway", "nothing to export")
+    check_refused(stairmap("plan", empty_run), "there are no floors")
+
+
+def test_plan_maps_the_recording_and_lists_where_to_explore(recording, run_folder, tmp_path):
+    outcome = stairmap("plan", run_folder, "--recording", recording, "-o", tmp_path / "plan")
+    assert outcome.code == 0, outcome.stderr
+    assert "stairway 1" in outcome.stdout
+    assert outcome.last_line == str(tmp_path / "plan")
+    assert cv2.imread(str(tmp_path / "plan" / "plan.png")) is not None
+    grid = load_map(tmp_path / "plan" / "floor_0.yaml")
+    assert grid.value_at((-1.6, 0.05)) == 0  # where the camera was
+    assert grid.value_at((0.45, 0.0)) == 100  # on the stairs
+
+
+def test_plan_finds_the_way_upstairs(tower, tmp_path):
+    folder, maps = tower
+    options = [part for text in maps for part in ("--map", text)]
+    outcome = stairmap(
+        "plan", folder, *options, "--from", "1,1,0", "--to", "1,9,1", "--json", "-o", tmp_path / "plan"
+    )
+    legs = json.loads(outcome.stdout)["route"]["legs"]
+    assert [leg["kind"] for leg in legs] == ["floor", "up", "floor"]
+    assert json.loads((tmp_path / "plan" / "plan.json").read_text())["route"]["legs"] == legs
+    text = stairmap("plan", folder, *options, "--from", "1,1", "--to", "1,9,1").stdout
+    assert "stairway 1 up" in text
+    assert "s in all" in text
+
+
+def test_plan_says_why_there_is_no_way(tower):
+    folder, maps = tower
+    options = [part for text in maps for part in ("--map", text)]
+    outcome = stairmap("plan", folder, *options, "--robot", "wheeled", "--from", "1,1", "--to", "1,9,1")
+    assert outcome.code == 0
+    assert "no way: there is no way to floor 1: stairway 1 (floor 0 to 1) is impassable" in outcome.stdout
+
+
+def test_plan_refuses_what_it_cannot_use(tower, tmp_path, recording):
+    folder, maps = tower
+    check_refused(stairmap("plan", folder, "--from", "1,1"), "no map to plan on")
+    check_refused(stairmap("plan", folder, "--map", maps[0]), "no trajectory.tum; pass --from")
+    check_refused(stairmap("plan", folder, "--map", maps[0], "--map", maps[0]), "floor 0 has two maps")
+    check_refused(stairmap("plan", folder, "--map", maps[0].replace("0=", "7=")), "no floor 7")
+    check_refused(stairmap("plan", folder, "--recording", recording), "has no trajectory.tum")
+    outcome = stairmap("plan", folder, "--map", maps[0], "--from", "1,1", "-o", folder)
+    check_refused(outcome, "is not empty")
+    for option, value in (("--map", "ground.yaml"), ("--from", "1"), ("--to", "1,2,3,4")):
+        assert stairmap("plan", folder, option, value).code == 2
