@@ -204,7 +204,6 @@ def make_view(
     return View(stairs=stairs, map_from_camera=pose)
 
 
-@pytest.mark.xfail(reason="found by the tests above; reported")
 @pytest.mark.parametrize(
     "view",
     [
@@ -214,7 +213,10 @@ def make_view(
         make_view(0.1435, 0.2475, 1.2917, 3, distance=2.312, height=0.507, azimuth_deg=17.57, roll_deg=0.46,
                   turn_deg=3.02),
         make_view(0.2203, 0.2203, 2.538, 10, distance=1.0, height=1.1),
-        make_view(0.1, 0.2911, 0.8, 15, distance=2.386, height=0.25, azimuth_deg=-40.1),
+        pytest.param(
+            make_view(0.1, 0.2911, 0.8, 15, distance=2.386, height=0.25, azimuth_deg=-40.1),
+            marks=pytest.mark.xfail(reason="risers of 14 rows, aside: no normals show the heading"),
+        ),
     ],
     ids=["3 at 1 m", "4 at 2 m", "3 at 2.3 m", "steep at 1 m", "low, narrow and oblique"],
 )  # fmt: skip

@@ -113,14 +113,24 @@ def test_a_wall_has_no_steps() -> None:
     assert rejection.measured < 3
 
 
+def upright_boards(thickness: float) -> TriangleMesh:
+    """Six boards that stand where the risers of stairs would be, with nothing between them."""
+    return joined(
+        make_block([0.28 * k, -0.6, 0.17 * k], [0.28 * k + thickness, 0.6, 0.17 * (k + 1)]) for k in range(6)
+    )
+
+
 def test_boards_that_let_one_look_through_where_treads_should_be_are_rejected() -> None:
-    boards = [
-        make_block([0.28 * k, -0.6, 0.17 * k + 0.11], [0.28 * k + 0.08, 0.6, 0.17 * (k + 1)])
-        for k in range(6)
-    ]
-    pose = pose_towards((0.6, 0.0, 0.5), distance=1.4, height=0.9)
-    rejection = the_rejection(detect(joined(boards), room(), pose=pose), "max_see_through")
+    pose = pose_towards((0.6, 0.0, 0.5), distance=1.6, height=1.6)
+    rejection = the_rejection(detect(upright_boards(0.08), room(), pose=pose), "max_see_through")
     assert 0 < rejection.limit < rejection.measured <= 1
+
+
+@pytest.mark.xfail(reason="what is seen through the stairs at the floor's level or below is not counted")
+@pytest.mark.parametrize("height", [0.9, 1.2])
+def test_thin_boards_without_treads_are_rejected_from_any_height(height: float) -> None:
+    pose = pose_towards((0.6, 0.0, 0.5), distance=1.6, height=height)
+    assert not detect(upright_boards(0.01), room(), pose=pose)
 
 
 def test_nosings_that_stray_from_their_lattice_are_rejected() -> None:
@@ -168,8 +178,7 @@ def test_a_rejection_of_a_rule_that_min_steps_did_not_break_measures_what_breaks
             assert rejection.measured < rejection.limit
 
 
-@pytest.mark.xfail(reason="a lattice that keeps no pixels is rejected as min_steps, with enough of them")
-def test_stairs_whose_few_rows_are_skipped_are_not_rejected_for_the_steps_they_have() -> None:
+def test_four_low_steps_that_few_rows_show_are_not_rejected_for_the_steps_they_have() -> None:
     # Four steps 2 m away, all in view.
     stairs = AnalyticStairs(rise=0.18494, run=0.36701, width=2.5784, num_risers=4)
     pose = pose_towards(
