@@ -108,8 +108,9 @@ def _see_through_share(refined: RefinedLattice, extents: StepExtents, chosen: In
     left, right = np.nanmedian(extents.left[chosen]), np.nanmedian(extents.right[chosen])
     members, pixels = refined.members, refined.pixels
     between = (pixels.left < left - 0.03) & (pixels.left > right + 0.03)
-    between &= (members.index >= chosen[0]) & (members.index <= chosen[-1])
+    between &= members.index <= chosen[-1]
     behind = np.flatnonzero(between & members.inside)
+    between &= members.index >= chosen[0]
     through_tread = _enters_by_tread(refined, behind)
     num_treads = np.count_nonzero(refined.nosings.num_tread_pixels[chosen] >= MIN_TREAD_PIXELS)
     on_tread = int(np.count_nonzero(between & members.tread))

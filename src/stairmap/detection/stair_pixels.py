@@ -156,7 +156,7 @@ def find_members(
         & (riser_index < num_nosings)
     )
     depth_inside = np.minimum((tread_index - y) * rise, (x - riser_index) * abs(run))
-    within = (x > 0) & (tread_index < num_nosings) & (y < num_nosings - 1) & (y > -1)
+    within = (x > 0) & (y < num_nosings - 1)
     inside = within & ~tread & ~riser & (depth_inside > 0.03 + 3.0 * np.minimum(spread, 0.05))
     index = np.where(tread, tread_index, riser_index).astype(np.int64)
     return Membership(tread=tread, riser=riser, index=index, inside=inside)

@@ -10,6 +10,7 @@ from stairmap.arrays import IntArray
 from stairmap.config import Config
 from stairmap.detection.observation import StairObservation
 from stairmap.modeling.association import find_flights
+from stairmap.modeling.duplicates import without_duplicates
 from stairmap.modeling.fitting import FittedFlight, fit_flight
 from stairmap.modeling.landings import join_flights, make_landing
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
@@ -72,7 +73,7 @@ class StairwayMapper:
             flight = fit_flight(self._table, placed, members)
             if flight.num_confirmed_steps >= MIN_CONFIRMED_STEPS:
                 fitted.append(flight)
-        return self._make_stairways(fitted)
+        return self._make_stairways(without_duplicates(fitted))
 
     def _make_stairways(self, fitted: list[FittedFlight]) -> tuple[Stairway, ...]:
         """Join flights, give each stairway its id."""
