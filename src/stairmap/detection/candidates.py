@@ -66,7 +66,7 @@ def judge_candidate(
     strips = np.flatnonzero(lattice.strips)
     columns = (float(strips[0] * 16), float(strips[-1] * 16 + 16))
     min_steps = config.detection.min_steps
-    if refined is None or len(lattice.indices) < min_steps:
+    if refined is None:
         rejection = Rejection(rule="min_steps", measured=len(lattice.indices), limit=min_steps, unit="1")
         return Candidate(
             observation=None,
