@@ -13,6 +13,12 @@ MAX_TURN = np.radians(6.0)
 """Largest angle between a step and the others beyond its noise, rad: eight winders to a quarter turn by
 11 degrees each."""
 
+MAX_GROWTH = np.radians(2.0)
+"""Largest growth of the angle from step to step beyond its noise, rad."""
+
+MIN_TURN_STD, MAX_TURN_STD = np.radians(1.0), np.radians(15.0)
+"""What is added to an angle's standard deviation, and above which it tells nothing, rad."""
+
 
 def measure_turns(lattice: RefinedLattice, extents: StepExtents) -> tuple[Float64Array, Float64Array]:
     """Measure how far each riser is turned out of the lattice's lateral axis.
@@ -52,8 +58,25 @@ def measure_turns(lattice: RefinedLattice, extents: StepExtents) -> tuple[Float6
 
 
 def find_turned(lattice: RefinedLattice, extents: StepExtents) -> tuple[Mask, float]:
-    """Return (num_nosings,) whether each step is turned, and the largest such angle, rad (0 for none)."""
+    """Tell which steps are turned against the others.
+
+    A step is, when its own angle says so; all are, when the angles of those that are left grow
+    from step to step, as a spiral's do, though each alone is lost in the noise.
+
+    Returns
+    -------
+    (num_nosings,) whether each step is turned, and the largest such angle, rad (0 for none).
+    """
     turn, std = measure_turns(lattice, extents)
     with np.errstate(invalid="ignore"):
         turned = np.abs(turn) > MAX_TURN + 2.0 * std
-    return turned, float(np.abs(turn[turned]).max()) if turned.any() else 0.0
+    kept = np.flatnonzero(np.isfinite(turn) & ~turned & (std < MAX_TURN_STD))
+    if len(kept) >= 2:
+        weight = 1.0 / (std[kept] + MIN_TURN_STD) ** 2
+        offset = kept - np.average(kept, weights=weight)
+        spread = float(np.sum(weight * offset**2))
+        growth = float(np.sum(weight * offset * turn[kept])) / spread
+        if abs(growth) > MAX_GROWTH + 2.0 / np.sqrt(spread):
+            turned[:] = True
+            return turned, float(np.abs(turn[kept]).max())
+    return np.asarray(turned), float(np.abs(turn[turned]).max()) if turned.any() else 0.0

@@ -29,6 +29,9 @@ FRAMES_PER_SAMPLE = 6.0
 SYSTEMATIC_STD = 0.0010
 """What no number of observations averages out of rise and run, m: sensor bias and uneven steps."""
 
+AGREEMENT = 0.010
+"""How far the rise and run of an observation may lie from the flight's beyond three sigma, m."""
+
 MIN_STEP_SHARE = 0.08
 """A step counts when it was seen in this share of the observations of the best-seen step, at least twice."""
 
@@ -54,11 +57,14 @@ class FittedFlight:
         (M,) indices of its observations.
     num_confirmed_steps
         Steps that were seen at least twice.
+    num_agreeing
+        Observations whose own rise and run agree with the flight's.
     """
 
     flight: Flight
     members: IntArray
     num_confirmed_steps: int
+    num_agreeing: int
 
 
 def fit_flight(table: ObservationTable, placed: PlacedObservations, members: IntArray) -> FittedFlight:
@@ -140,7 +146,16 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
         ),
         steps=tuple(steps),
     )
-    return FittedFlight(flight=flight, members=members, num_confirmed_steps=num_confirmed)
+    agrees = np.ones(len(members), dtype=bool)
+    for name, value in (("rise", rise), ("run", run)):
+        tolerance = AGREEMENT + 3.0 * np.sqrt(records[f"{name}_variance"])
+        agrees &= np.abs(records[name] - value) < tolerance
+    return FittedFlight(
+        flight=flight,
+        members=members,
+        num_confirmed_steps=num_confirmed,
+        num_agreeing=int(np.count_nonzero(agrees)),
+    )
 
 
 def _mean_heading(headings: Float64Array, variances: Float64Array) -> tuple[float, float]:

@@ -20,6 +20,9 @@ from stairmap.trajectory import Trajectory
 MIN_CONFIRMED_STEPS = 3
 """A stairway is reported when so many of its steps were seen at least twice."""
 
+MIN_AGREEING_SHARE = 0.55
+"""Share of a flight's observations whose rise and run must agree with it."""
+
 
 class StairwayMapper:
     """Models every stairway of a map.
@@ -48,8 +51,9 @@ class StairwayMapper:
     def stairways(self, trajectory: Trajectory) -> tuple[Stairway, ...]:
         """Return the confirmed stairways as a trajectory places them, by id.
 
-        A flight is confirmed by ``modeling.min_observations`` observations and three steps that
-        were each seen twice.
+        A flight is confirmed by three steps that were each seen twice, and by
+        ``modeling.min_observations`` observations, more than half of all it has, whose own rise and
+        run agree with it. It is withdrawn when later ones disagree: views of a spiral do.
 
         Parameters
         ----------
@@ -71,7 +75,8 @@ class StairwayMapper:
             if len(members) < self._config.modeling.min_observations:
                 continue
             flight = fit_flight(self._table, placed, members)
-            if flight.num_confirmed_steps >= MIN_CONFIRMED_STEPS:
+            needed = max(self._config.modeling.min_observations, MIN_AGREEING_SHARE * len(members))
+            if flight.num_confirmed_steps >= MIN_CONFIRMED_STEPS and flight.num_agreeing >= needed:
                 fitted.append(flight)
         return self._make_stairways(without_duplicates(fitted))
 
