@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from command_line import stairmap
 from small_recordings import write_recording
 
 FOLDER = Path(__file__).parents[1] / "examples"
@@ -38,6 +39,13 @@ def test_recording(recording):
 def test_own_poses():
     text = run_example("03_own_poses.py")
     assert text.index("as the poses came") < text.index("after the loop closure") < text.index("the truth")
+
+
+def test_can_my_robot_climb_it(recording, tmp_path):
+    assert stairmap("run", recording, "-o", tmp_path / "run", "--no-report").code == 0
+    text = run_example("04_can_my_robot_climb_it.py", tmp_path / "run", "spot")
+    assert "stairway 1: passable for Boston Dynamics Spot" in text
+    assert "joins floor 0 and floor 1 (unexplored)" in text
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.py")), ids=lambda path: path.name)

@@ -39,7 +39,7 @@ def test_the_limiting_property_is_the_one_with_the_least_to_spare():
     [
         ({"rise": 0.20}, "rise"),
         ({"run": 0.22, "rise": 0.12}, "run"),
-        ({"width": 0.5}, "width"),
+        ({"width": 0.45}, "width"),
         ({"rise": 0.178, "run": 0.2, "std": make_std(pitch=0.001, run=0.03)}, "pitch"),
     ],
 )
@@ -58,6 +58,10 @@ def test_a_rise_within_two_standard_deviations_of_the_limit_is_unknown():
 def test_a_width_with_an_unseen_end_can_prove_that_a_robot_fits_but_not_that_it_does_not():
     assert assess_flight(width=0.5, left_bounded=False).verdict == "unknown"
     assert assess_flight(width=0.9, left_bounded=False).verdict == "passable"
+
+
+def test_a_width_that_the_rails_may_have_widened_is_not_trusted_to_the_centimetre():
+    assert assess_flight(width=0.68, std=make_std(width=0.005)).verdict == "unknown"
 
 
 def test_a_measure_without_uncertainty_proves_nothing():

@@ -7,14 +7,13 @@ from pathlib import Path
 import typer
 
 from stairmap.cli.requests import ExportRequest
-from stairmap.cli.run_results import load_run_floors
+from stairmap.cli.run_results import Building, load_building
 from stairmap.errors import ConfigError, OutputError
 from stairmap.export.geojson import EarthAnchor, osm_from_stairways
 from stairmap.export.ifc import dump_ifc
-from stairmap.export.loading import ResultsError, RunResults, load_stairways
+from stairmap.export.loading import ResultsError, load_stairways
 from stairmap.export.mesh import dump_obj, dump_ply
 from stairmap.export.nav2 import dump_json, dump_keepout_masks, dump_route_graph, route_graph_from_portals
-from stairmap.navigation.floors import FloorStack
 from stairmap.navigation.portals import ANY_ROBOT, make_portals
 from stairmap.navigation.robot_profile import RobotProfile, load_robot
 
@@ -36,29 +35,27 @@ def export_stairways(request: ExportRequest) -> int:
     anchor = None if request.anchor is None else EarthAnchor(
         latitude=request.anchor[0], longitude=request.anchor[1], bearing=request.anchor[2]
     )  # fmt: skip
-    results = load_stairways(request.run)
-    if not results.stairways:
+    if not load_stairways(request.run).stairways:
         raise ResultsError(f"{request.run} holds no stairway, so there is nothing to export")
-    floors = load_run_floors(request.run, results)
+    building = load_building(request.run)
     try:
         request.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"cannot write {request.output}: {error.strerror}") from error
     for name in request.formats:
-        for path in _export(name, results, floors, request.output, robot, anchor):
+        for path in _export(name, building, request.output, robot, anchor):
             typer.echo(str(path))
     return 0
 
 
 def _export(
     name: str,
-    results: RunResults,
-    floors: FloorStack,
+    building: Building,
     folder: Path,
     robot: RobotProfile | None,
     anchor: EarthAnchor | None,
 ) -> tuple[Path, ...]:
-    stairways = results.stairways
+    stairways, floors = building.stairways, building.floors
     if name == "keepout":
         paths = dump_keepout_masks(stairways, floors, folder, robot=robot)
         if not paths:
@@ -73,7 +70,7 @@ def _export(
         portals = make_portals(stairways, floors, profile)
         dump_route_graph(
             route_graph_from_portals(
-                portals, robot=profile, frame_id=results.frame_id, allow_unknown=robot is None
+                portals, robot=profile, frame_id=building.frame_id, allow_unknown=robot is None
             ),
             path,
         )

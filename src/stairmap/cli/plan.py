@@ -12,9 +12,8 @@ import typer
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import PlanRequest
-from stairmap.cli.run_results import load_run_floors, load_run_trajectory
+from stairmap.cli.run_results import load_building
 from stairmap.errors import ConfigError, OutputError
-from stairmap.export.loading import load_stairways
 from stairmap.export.nav2 import dump_json
 from stairmap.export.results import null_for_nan
 from stairmap.navigation.exploration import Candidate, find_candidates
@@ -41,12 +40,11 @@ def plan_way(request: PlanRequest) -> int:
         where the robot can be.
     """
     robot = load_robot(request.robot)
-    results = load_stairways(request.run)
-    trajectory = load_run_trajectory(request.run)
-    floors = load_run_floors(request.run, results, camera_height=request.camera_height)
+    building = load_building(request.run, camera_height=request.camera_height)
+    stairways, floors, trajectory = building.stairways, building.floors, building.trajectory
     grids = _load_grids(request, floors, trajectory)
-    portals = tuple(note_obstacles(p, grids) for p in make_portals(results.stairways, floors, robot))
-    blocked = {level: block_stairs(grid, results.stairways, floors, level) for level, grid in grids.items()}
+    portals = tuple(note_obstacles(p, grids) for p in make_portals(stairways, floors, robot))
+    blocked = {level: block_stairs(grid, stairways, floors, level) for level, grid in grids.items()}
     planner = FloorPlanner(blocked, portals, robot, allow_unknown=request.allow_unknown)
     x, y, level = _start(request, floors, trajectory)
     route: Route | None = None
@@ -60,9 +58,7 @@ def plan_way(request: PlanRequest) -> int:
         for note in portal.notes:
             typer.echo(note, err=True)
     if request.output is not None:
-        figure = draw_floor_maps(
-            floors, results.stairways, portals, grids=grids, route=route, candidates=candidates
-        )
+        figure = draw_floor_maps(floors, stairways, portals, grids=grids, route=route, candidates=candidates)
         _write(request.output, values, grids, png_from_figure(figure))
     if request.as_json:
         typer.echo(json.dumps(null_for_nan(values), indent=1, allow_nan=False))

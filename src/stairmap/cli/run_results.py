@@ -1,33 +1,55 @@
-"""What a run folder tells of a building: its stairways, the robot's way, its floors."""
+"""What a run folder tells of a building: its stairways by storey, the robot's way, its floors."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
-from stairmap.export.loading import RunResults
+from stairmap.export.loading import load_stairways
 from stairmap.navigation.floors import FloorStack, find_floors
+from stairmap.navigation.storeys import split_at_floors
 from stairmap.recordings.tum_trajectory import load_tum_trajectory
+from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 
 
-def load_run_trajectory(run: Path) -> Trajectory | None:
-    """Return the way that a run folder keeps beside its stairways; ``None`` where there is none.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Building:
+    """What a run tells of a building.
 
-    Raises
-    ------
-    TrajectoryError
-        If it cannot be read.
+    Attributes
+    ----------
+    stairways
+        Cut at floors; see ``split_at_floors``.
+    floors
+        Its floors.
+    trajectory
+        The robot's way; ``None`` where the run folder has none.
+    frame_id
+        Coordinate frame of all positions.
     """
-    path = (run if run.is_dir() else run.parent) / "trajectory.tum"
-    return load_tum_trajectory(path) if path.is_file() else None
+
+    stairways: tuple[Stairway, ...]
+    floors: FloorStack
+    trajectory: Trajectory | None
+    frame_id: str
 
 
-def load_run_floors(run: Path, results: RunResults, *, camera_height: float | None = None) -> FloorStack:
-    """Return the floors of a run.
+def load_building(run: Path, *, camera_height: float | None = None) -> Building:
+    """Read a run folder, or its ``stairways.json`` and the trajectory beside it.
 
     Raises
     ------
     StairmapError
-        If the trajectory cannot be read, or nothing tells of a floor.
+        If a file cannot be read, or nothing tells of a floor.
     """
-    return find_floors(results.stairways, load_run_trajectory(run), camera_height=camera_height)
+    results = load_stairways(run)
+    path = (run if run.is_dir() else run.parent) / "trajectory.tum"
+    trajectory = load_tum_trajectory(path) if path.is_file() else None
+    stairways = split_at_floors(results.stairways)
+    return Building(
+        stairways=stairways,
+        floors=find_floors(stairways, trajectory, camera_height=camera_height),
+        trajectory=trajectory,
+        frame_id=results.frame_id,
+    )

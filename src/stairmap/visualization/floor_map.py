@@ -66,7 +66,7 @@ def draw_floor_maps(
     grids = {} if grids is None else grids
     shown = [floor for floor in floors.floors if floor.level in grids or _touches(floors, floor)]
     shown = shown or list(floors.floors)
-    num_columns = min(len(shown), _MAX_COLUMNS)
+    num_columns = 2 if len(shown) == 4 else min(len(shown), _MAX_COLUMNS)
     num_rows = math.ceil(len(shown) / num_columns)
     figure = make_figure(width=max(_PANEL * num_columns, 7.0), height=_PANEL * num_rows + 1.0)
     panels = figure.subplots(num_rows, num_columns, squeeze=False).reshape(-1)
