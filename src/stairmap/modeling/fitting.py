@@ -32,6 +32,9 @@ SYSTEMATIC_STD = 0.0010
 AGREEMENT = 0.010
 """How far the rise and run of an observation may lie from the flight's beyond three sigma, m."""
 
+MAX_PRECISE_STD = 0.0055
+"""Standard deviation of an observation's own rise up to which it can confirm a flight, m."""
+
 MIN_STEP_SHARE = 0.08
 """A step counts when it was seen in this share of the observations of the best-seen step, at least twice."""
 
@@ -57,14 +60,16 @@ class FittedFlight:
         (M,) indices of its observations.
     num_confirmed_steps
         Steps that were seen at least twice.
-    num_agreeing
-        Observations whose own rise and run agree with the flight's.
+    num_agreeing, num_precise
+        Observations whose own rise and run agree with the flight's, and those among them that
+        know their rise well.
     """
 
     flight: Flight
     members: IntArray
     num_confirmed_steps: int
     num_agreeing: int
+    num_precise: int
 
 
 def fit_flight(table: ObservationTable, placed: PlacedObservations, members: IntArray) -> FittedFlight:
@@ -150,11 +155,13 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
     for name, value in (("rise", rise), ("run", run)):
         tolerance = AGREEMENT + 3.0 * np.sqrt(records[f"{name}_variance"])
         agrees &= np.abs(records[name] - value) < tolerance
+    is_precise = np.sqrt(records["rise_variance"]) < MAX_PRECISE_STD
     return FittedFlight(
         flight=flight,
         members=members,
         num_confirmed_steps=num_confirmed,
         num_agreeing=int(np.count_nonzero(agrees)),
+        num_precise=int(np.count_nonzero(agrees & is_precise)),
     )
 
 

@@ -51,9 +51,10 @@ class StairwayMapper:
     def stairways(self, trajectory: Trajectory) -> tuple[Stairway, ...]:
         """Return the confirmed stairways as a trajectory places them, by id.
 
-        A flight is confirmed by three steps that were each seen twice, and by
-        ``modeling.min_observations`` observations, more than half of all it has, whose own rise and
-        run agree with it. It is withdrawn when later ones disagree: views of a spiral do.
+        A flight is confirmed by three steps that were each seen twice, by
+        ``modeling.min_observations`` observations that measured their rise well and agree with it,
+        and by the agreement of more than half of all it has. It is withdrawn when later ones
+        disagree: views of a spiral do.
 
         Parameters
         ----------
@@ -75,8 +76,11 @@ class StairwayMapper:
             if len(members) < self._config.modeling.min_observations:
                 continue
             flight = fit_flight(self._table, placed, members)
-            needed = max(self._config.modeling.min_observations, MIN_AGREEING_SHARE * len(members))
-            if flight.num_confirmed_steps >= MIN_CONFIRMED_STEPS and flight.num_agreeing >= needed:
+            if (
+                flight.num_confirmed_steps >= MIN_CONFIRMED_STEPS
+                and flight.num_precise >= self._config.modeling.min_observations
+                and flight.num_agreeing >= MIN_AGREEING_SHARE * len(members)
+            ):
                 fitted.append(flight)
         return self._make_stairways(without_duplicates(fitted))
 
