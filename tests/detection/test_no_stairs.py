@@ -29,7 +29,9 @@ REAL_NEGATIVES = (
 )
 
 
-def frames_of_drive(scene: str, sensor_name: str, *, seed: int) -> list[DepthFrame]:
+def frames_of_drive(
+    scene: str, sensor_name: str, *, seed: int, num_frames: int = NUM_FRAMES
+) -> list[DepthFrame]:
     """Frames evenly spread over a robot's drive up to a scene, each with its true up."""
     sensor = make_sensor(sensor_name, factor=FACTORS.get(sensor_name, 0.5))
     simulation = Simulation(
@@ -37,7 +39,7 @@ def frames_of_drive(scene: str, sensor_name: str, *, seed: int) -> list[DepthFra
     )
     random = np.random.default_rng(seed)
     frames = []
-    for index in np.linspace(0, len(simulation) - 1, NUM_FRAMES).astype(int):
+    for index in np.linspace(0, len(simulation) - 1, num_frames).astype(int):
         pose = simulation.true_poses[index]
         depth = sensor.measure(simulation.caster.render(sensor.camera, pose), random)
         frames.append(DepthFrame(stamp_ns=int(index), depth=depth, camera=sensor.camera, up=pose[2, :3]))
@@ -61,6 +63,21 @@ def test_a_look_alike_gives_no_observation_with_a_noisy_sensor(scene: str) -> No
     index = sorted(LOOK_ALIKES).index(scene)
     sensor = NOISY_SENSORS[index % len(NOISY_SENSORS)]
     assert false_frames(frames_of_drive(scene, sensor, seed=20 + index)) == []
+
+
+@pytest.mark.xfail(reason="three to seven jumps and creases that happen to lie on a lattice")
+@pytest.mark.parametrize(
+    ("scene", "sensor", "seed"),
+    [
+        ("bookshelf", "kinect_v1", 202),
+        ("pallets", "ideal", 208),
+        ("pallets", "kinect_v2", 108),
+        ("bleachers", "phone_lidar", 300),
+        ("stacked_boxes", "phone_lidar", 112),
+    ],
+)
+def test_a_look_alike_that_was_taken_for_stairs_once_is_none(scene: str, sensor: str, seed: int) -> None:
+    assert false_frames(frames_of_drive(scene, sensor, seed=seed, num_frames=10)) == []
 
 
 @pytest.mark.parametrize("scene", sorted(LOOK_ALIKES)[::4])
