@@ -81,6 +81,11 @@ def judge_candidate(
     chosen = choose_nosings(refined, extents, turned)
     left, right = _common_extent(extents, chosen)
     rejections = find_rejections(refined, extents, chosen, left - right, turn, config)
+    # Two nosings find a lattice anywhere; the third must then be as good as they are, or not alone.
+    all_creases = bool(refined.nosings.is_crease[chosen].all())
+    if len(lattice.indices) < min_steps and len(chosen) <= min_steps and not all_creases:
+        rejection = Rejection(rule="min_steps", measured=len(lattice.indices), limit=min_steps, unit="1")
+        rejections = (*rejections, rejection)
     num_pixels = int(np.count_nonzero(refined.members.tread | refined.members.riser)) * refined.row_step
     observation = None
     if not rejections:

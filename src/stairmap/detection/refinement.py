@@ -40,6 +40,9 @@ MIN_SLOPE = np.radians(0.6)
 MAX_PIXELS = (10_000, 16_000)
 """Pixels looked at in the first and the second round: more rows would tell the same steps again."""
 
+MIN_RISER_ROWS = 4
+"""Rows of the farthest riser that are kept however many pixels there are."""
+
 EDGE_SHIFT = 3.0
 """Standard deviation of how far a sensor moves the edges of near surfaces outward, working pixels."""
 
@@ -117,8 +120,11 @@ def refine_lattice(
     run, rise = lattice.run, lattice.rise
     num_nosings = int(lattice.indices[-1]) + 4
     area = image.camera.height * (columns[1] - columns[0])
+    # However many pixels there are, each riser keeps a few rows.
+    farthest = max(distance, distance + num_nosings * run, 0.3)
+    max_row_step = max(1, int(rise * image.camera.fy / farthest / MIN_RISER_ROWS))
     for max_pixels in MAX_PIXELS:
-        row_step = max(1, -(-area // max_pixels))
+        row_step = min(max(1, -(-area // max_pixels)), max_row_step)
         pixels = gather_pixels(image, up, forward, columns=columns, row_step=row_step)
         members = find_members(
             pixels, distance=distance, height=height, run=run, rise=rise, noise=noise, num_nosings=num_nosings

@@ -193,7 +193,7 @@ def limiting_check(checks: Sequence[LimitCheck], verdict: Verdict) -> LimitCheck
     if not checks:
         return None
     end = 1 if verdict == "impassable" else 0
-    return min(checks, key=lambda check: (check.probability[end], _spare(check)))
+    return min(checks, key=lambda check: (round(check.probability[end], 3), _spare(check)))
 
 
 def _margin(limit: Limit, measured: float) -> float:
@@ -203,10 +203,10 @@ def _margin(limit: Limit, measured: float) -> float:
 
 
 def _spare(check: LimitCheck) -> float:
-    """Margin in standard deviations: tells apart what is equally certain."""
-    if not math.isfinite(check.margin):
+    """Margin as a share of the limit: tells apart what is equally certain."""
+    if check.limit.value is None or not math.isfinite(check.margin):
         return 0.0
-    return check.margin / max(check.std, 1e-9) if math.isfinite(check.std) else 0.0
+    return check.margin / check.limit.value
 
 
 def _normal_probability(margin: float, std: float) -> float:

@@ -32,7 +32,7 @@ _VERDICT_COLORS: dict[Verdict, str] = {"passable": BLUE, "impassable": ORANGE, "
 _MAX_CANDIDATES = 5
 _MAX_COLUMNS = 3
 _PANEL = 5.4
-_MARGIN = 0.5
+_MARGIN = 1.0
 _LABEL_DISTANCE = 0.5
 
 
@@ -68,11 +68,12 @@ def draw_floor_maps(
     shown = shown or list(floors.floors)
     num_columns = 2 if len(shown) == 4 else min(len(shown), _MAX_COLUMNS)
     num_rows = math.ceil(len(shown) / num_columns)
-    figure = make_figure(width=max(_PANEL * num_columns, 7.0), height=_PANEL * num_rows + 1.0)
+    low, high = _extent(stairways, portals, grids)
+    panel_height = _PANEL * float(np.clip((high[1] - low[1]) / (high[0] - low[0]), 0.4, 1.3)) + 0.5
+    figure = make_figure(width=max(_PANEL * num_columns, 7.0), height=panel_height * num_rows + 1.0)
     panels = figure.subplots(num_rows, num_columns, squeeze=False).reshape(-1)
     for axes, floor in zip(panels, shown, strict=False):
         _draw_floor(axes, floor, floors, stairways, portals, grids.get(floor.level), route, candidates)
-    low, high = _extent(stairways, portals, grids)
     for axes in panels[: len(shown)]:
         axes.set_xlim(low[0], high[0])
         axes.set_ylim(low[1], high[1])
@@ -138,7 +139,7 @@ def _draw_floor(
                 bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
             )  # fmt: skip
     state = "" if floor.is_explored else ", not explored"
-    axes.set_title(f"floor {floor.level} at {floor.height:.2f} m{state}", color=INK)
+    axes.set_title(f"floor {floor.level} at {round(floor.height, 2) + 0.0:.2f} m{state}", color=INK)
     axes.set_aspect("equal")
     axes.set_xlabel("map x, m")
     axes.set_ylabel("map y, m")
@@ -197,9 +198,10 @@ def _draw_stairs(axes: Axes, stairway: Stairway, portal: Portal, floors: FloorSt
     )  # fmt: skip
     axes.plot(*pose.position[:2], "o", color=ORANGE, markersize=7, zorder=8, label="staging pose")
     cost = portal.cost_up if level == portal.lower_level else portal.cost_down
-    first = stairway.flights[0]
-    left = first.map_from_flight[:2, 1]
-    beside = middle[:2].mean(axis=0)[:2] + left * (first.width / 2 + _LABEL_DISTANCE)
+    is_lower = level == portal.lower_level
+    flight = stairway.flights[0 if is_lower else -1]
+    center = middle[:2].mean(axis=0)[:2] if is_lower else middle[-2:].mean(axis=0)[:2]
+    beside = center + flight.map_from_flight[:2, 1] * (flight.width / 2 + _LABEL_DISTANCE)
     draw_label(axes, beside, f"stairway {stairway.id}\nto floor {other}, {cost:.0f} s")
 
 
