@@ -65,7 +65,6 @@ def test_a_look_alike_gives_no_observation_with_a_noisy_sensor(scene: str) -> No
     assert false_frames(frames_of_drive(scene, sensor, seed=20 + index)) == []
 
 
-@pytest.mark.xfail(reason="three to seven jumps and creases that happen to lie on a lattice")
 @pytest.mark.parametrize(
     ("scene", "sensor", "seed"),
     [
