@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from document import ROOT, BenchmarkRun, describe_run, write_section
 from goals import find_goals, sensor_of, summarize_by
+from kept_results import run_kept_trials
 
 from stairmap.evaluation.convergence import draw_convergences, record_convergence
 from stairmap.evaluation.detection_rates import QUICK_GRID, RateGrid, RatePanel, measure_panels
 from stairmap.evaluation.rate_plots import Rate, draw_rates
 from stairmap.evaluation.real import RealResult, run_real_suite
-from stairmap.evaluation.running import TrialSettings, run_trials
+from stairmap.evaluation.running import TrialSettings
 from stairmap.evaluation.suites import SIMULATED_SUITES, TrialChoice, make_specs
 from stairmap.evaluation.summary import group_results, summarize
 from stairmap.evaluation.table1 import format_table_1
@@ -48,6 +48,7 @@ def main() -> None:
         "--data", type=Path, default=ROOT / "../shared/data", help="buildings and real recordings"
     )
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--keep", type=Path, default=None, help="file of results: a killed run goes on here")
     parser.add_argument("--quick", action="store_true", help="one short drive per scene, for a first look")
     arguments = parser.parse_args()
     run = BenchmarkRun()
@@ -55,7 +56,9 @@ def main() -> None:
     buildings = arguments.data / "buildings"
     specs = [spec for suite in SIMULATED_SUITES for spec in make_specs(suite, choice, buildings=buildings)]
     settings = TrialSettings(methods=METHODS, buildings=buildings, cache=arguments.cache)
-    results = run_trials(specs, settings, num_workers=arguments.jobs, on_results=Counter(len(specs)))
+    results = run_kept_trials(
+        specs, settings, num_workers=arguments.jobs, path=arguments.keep, commit=run.commit
+    )
     real = run_real_suite(arguments.data / "real", METHODS)
     grid = QUICK_GRID if arguments.quick else RateGrid()
     panels = measure_panels(grid, METHODS, num_workers=arguments.jobs)
@@ -70,18 +73,6 @@ def main() -> None:
     text[1] = describe_run(run)
     TRIALS.write_text("# All trials\n\n" + format_trials(results) + "\n", encoding="utf-8")
     write_section("accuracy", "\n\n".join(text))
-
-
-class Counter:
-    """Says on stderr how many trials have ended."""
-
-    def __init__(self, num: int) -> None:
-        self._num, self._count = num, 0
-
-    def __call__(self, results: tuple[TrialResult, ...]) -> None:
-        """Count one more."""
-        self._count += 1
-        print(f"trial {self._count}/{self._num}: {results[0].spec}", file=sys.stderr, flush=True)
 
 
 def describe_accuracy(results: Sequence[TrialResult], real: Sequence[RealResult]) -> list[str]:
