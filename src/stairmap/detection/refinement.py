@@ -37,7 +37,7 @@ smoothing adds to it; and where they seem to fall."""
 MIN_SLOPE = np.radians(0.6)
 """Treads that climb by less are taken for level, rad."""
 
-MAX_PIXELS = (10_000, 16_000)
+MAX_PIXELS = (7_000, 12_000)
 """Pixels looked at in the first and the second round: more rows would tell the same steps again."""
 
 MIN_RISER_ROWS = 4
