@@ -96,8 +96,8 @@ def measure_frames(samples: dict[int, list[Sample]]) -> str:
         "a cluttered room without). OpenCV is `cv2.Canny` and `cv2.HoughLinesP` with the report's parameters "
         "on the 8-bit image of the same frame, one thread. The report's method works on 320×240 pixels of "
         "either image, and fits its models when it is asked for them. Borders of holes without depth are "
-        "most of the edges in these images; the report's method removes them before the transform, which is then "
-        "quicker, as a line of its own shows."
+        "most of the edges in these images; the report's method removes them before the transform, which "
+        "is then quicker, as a line of its own shows."
     )
     return note + "\n\n" + format_table(header, rows, num_left=2)
 
