@@ -8,7 +8,8 @@ from stairmap import errors
 
 
 def test_every_error_is_a_stairmap_error() -> None:
-    classes = [value for _, value in inspect.getmembers(errors, inspect.isclass)]
+    members = [value for _, value in inspect.getmembers(errors, inspect.isclass)]
+    classes = [value for value in members if issubclass(value, Exception)]
     assert len(classes) > 5
     assert all(issubclass(error, errors.StairmapError) for error in classes)
 

@@ -7,6 +7,8 @@ error: detectors return an empty, falsy ``Detection`` that carries its reasons.
 
 from __future__ import annotations
 
+from enum import Enum
+
 
 class StairmapError(Exception):
     """Root of all errors that stairmap raises on purpose."""
@@ -26,6 +28,41 @@ class CalibrationError(StairmapError):
 
 class TrajectoryError(RecordingError):
     """Poses are missing, out of order or not rigid transforms."""
+
+
+class TransformProblem(str, Enum):
+    """Why a transform between two coordinate frames cannot be told."""
+
+    UNKNOWN_FRAME = "unknown_frame"
+    """Nobody has named one of the coordinate frames."""
+
+    NOT_CONNECTED = "not_connected"
+    """Both are known, but no chain of transforms joins them."""
+
+    TOO_EARLY = "too_early"
+    """The stamp lies before the oldest transform that is kept."""
+
+    NOT_YET = "not_yet"
+    """The stamp lies after the newest transform: wait, and it may come."""
+
+    GAP = "gap"
+    """The stamp lies between two transforms that are too far apart to interpolate."""
+
+
+class TransformLookupError(TrajectoryError):
+    """A transform between two coordinate frames cannot be told.
+
+    Parameters
+    ----------
+    message
+        What was asked, what there is.
+    problem
+        The kind of it; only after ``NOT_YET`` it pays to wait.
+    """
+
+    def __init__(self, message: str, problem: TransformProblem) -> None:
+        super().__init__(message)
+        self.problem = problem
 
 
 class OutputError(StairmapError):
