@@ -36,7 +36,9 @@ def test_run_writes_the_run_folder_and_prints_its_path_last(recording, tmp_path)
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "config.yaml",
         "detections.jsonl",
+        "history.jsonl",
         "log.txt",
+        "recording.json",
         "report.html",
         "stairways.json",
         "stairways.ply",

@@ -16,6 +16,7 @@ from stairmap.cli.progress import FrameProgress, counted
 from stairmap.cli.requests import DetectRequest
 from stairmap.config import load_config
 from stairmap.detection.observation import Detection
+from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
 from stairmap.pipeline import Detector, StairwayPipeline
 from stairmap.recordings.base import Recording
@@ -41,6 +42,10 @@ def detect_recording(request: DetectRequest) -> int:
     loop = _DetectLoop(recording, StairwayPipeline(config, method=given.method).detector)
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
         folder.log(f"stairmap {stairmap.__version__} detect {given.recording} --method {given.method}")
+        reference = RecordingReference.from_arguments(
+            given.recording, trajectory=given.trajectory, up=given.up
+        )
+        folder.write_text(RECORDING_FILE, reference.to_json())
         folder.write_config(config)
         loop.process_frames(folder, interrupt, with_overlays=request.with_overlays)
         collector = loop.collector

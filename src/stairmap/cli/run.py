@@ -15,6 +15,7 @@ from stairmap.cli.progress import counted
 from stairmap.cli.requests import RunRequest
 from stairmap.cli.run_loop import RunLoop, RunOutcome
 from stairmap.config import load_config
+from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
 from stairmap.export.summary import format_table
 from stairmap.export.verdicts import VERDICT_COLUMNS, verdict_cells
@@ -40,6 +41,10 @@ def run_recording(request: RunRequest) -> int:
     loop = RunLoop(recording, level_map.trajectory, config=config, method=given.method)
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
         folder.log(f"stairmap {stairmap.__version__} run {given.recording} --method {given.method}")
+        reference = RecordingReference.from_arguments(
+            given.recording, trajectory=given.trajectory, up=given.up
+        )
+        folder.write_text(RECORDING_FILE, reference.to_json())
         loop.process_frames(folder, interrupt)
         if interrupt:
             typer.echo("interrupted: writing what there is so far; once more to stop at once", err=True)

@@ -12,6 +12,7 @@ from stairmap.cli.numbered_frames import numbered_frames
 from stairmap.cli.progress import FrameProgress, counted
 from stairmap.config import Config, dump_config
 from stairmap.errors import MissingPackageError
+from stairmap.export.history import HISTORY_FILE, history_values
 from stairmap.export.results import RunFolder
 from stairmap.export.summary import format_summary
 from stairmap.pipeline import StairwayPipeline
@@ -91,6 +92,8 @@ class RunLoop:
                 if self._collector.convergence.is_due(self._collector.num_observations):
                     stairways = self._pipeline.stairways()
                     self._collector.convergence.add(stairways, self._collector.num_observations)
+                    if folder is not None and stairways:
+                        folder.append_json(HISTORY_FILE, history_values(frame.stamp_ns, stairways))
                     num_stairways = len(stairways)
                 progress.advance(counted(num_stairways, "stairway"))
 

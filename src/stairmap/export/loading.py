@@ -99,7 +99,7 @@ def load_stairways(path: Path) -> RunResults:
             software=str(values["software"]),
             frame_id=str(values["frame_id"]),
             num_frames=int(values["num_frames"]),
-            stairways=tuple(Stairway.from_dict(_nan_for_null(data)) for data in values["stairways"]),
+            stairways=tuple(Stairway.from_dict(nan_for_null(data)) for data in values["stairways"]),
         )
     except KeyError as error:
         raise ResultsError(f"{path} lacks the key {error}") from error
@@ -161,11 +161,12 @@ def _number(value: float | None) -> float:
     return float("nan") if value is None else float(value)
 
 
-def _nan_for_null(values: Any) -> Any:
+def nan_for_null(values: Any) -> Any:
+    """Return nested JSON types with NaN for every ``null``: a number that is not known."""
     if isinstance(values, dict):
-        return {key: _nan_for_null(value) for key, value in values.items()}
+        return {key: nan_for_null(value) for key, value in values.items()}
     if isinstance(values, list):
-        return [_nan_for_null(value) for value in values]
+        return [nan_for_null(value) for value in values]
     return np.nan if values is None else values
 
 

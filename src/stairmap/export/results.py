@@ -1,7 +1,8 @@
 """The run folder: every file that a run leaves behind (ARCHITECTURE.md section 6, docs/outputs.md).
 
-Nothing is ever overwritten. ``detections.jsonl`` and ``log.txt`` grow line by line while the run
-goes on, so that an interrupted run loses nothing; every other file appears whole or not at all.
+Nothing is ever overwritten. ``detections.jsonl``, ``history.jsonl`` and ``log.txt`` grow line by
+line while the run goes on, so that an interrupted run loses nothing; every other file appears
+whole or not at all.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
@@ -69,7 +70,11 @@ class RunFolder:
 
     def append_detection(self, detection: Detection) -> None:
         """Append the line of one frame to ``detections.jsonl`` and hand it to the operating system."""
-        self._append(DETECTIONS_FILE, json.dumps(null_for_nan(detection.to_dict()), allow_nan=False))
+        self.append_json(DETECTIONS_FILE, detection.to_dict())
+
+    def append_json(self, name: str, values: Mapping[str, Any]) -> None:
+        """Append a line of JSON to a file of the folder and hand it to the operating system."""
+        self._append(name, json.dumps(null_for_nan(values), allow_nan=False))
 
     def log(self, line: str) -> None:
         """Append a line to ``log.txt``."""

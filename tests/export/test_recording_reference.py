@@ -1,0 +1,57 @@
+"""``recording.json``: a run finds its recording again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from small_recordings import write_recording
+from stairmap.errors import RecordingError
+from stairmap.export.loading import ResultsError
+from stairmap.export.recording_reference import (
+    RECORDING_FILE,
+    RecordingReference,
+    load_recording_reference,
+)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return write_recording(tmp_path_factory.mktemp("recordings") / "stairs", num_frames=2)
+
+
+def dump(reference, folder):
+    (folder / RECORDING_FILE).write_text(reference.to_json())
+
+
+def test_recording_is_found_from_another_working_directory(recording, tmp_path, monkeypatch):
+    monkeypatch.chdir(recording.parent)
+    dump(RecordingReference.from_arguments(recording.relative_to(recording.parent), up=None), tmp_path)
+    monkeypatch.chdir(tmp_path)
+    opened = load_recording_reference(tmp_path).open()
+    assert opened.num_frames == 2
+
+
+def test_recording_is_opened_with_the_options_of_the_run(recording, tmp_path):
+    poses = tmp_path / "slam.tum"
+    poses.write_bytes((recording / "groundtruth.txt").read_bytes())
+    dump(RecordingReference.from_arguments(recording, trajectory=poses, up="-y"), tmp_path)
+    opened = load_recording_reference(tmp_path).open()
+    assert not np.allclose(opened.map_from_recorded, np.eye(4))
+
+
+def test_recording_that_has_moved_is_named_with_the_remedy(recording, tmp_path):
+    dump(RecordingReference(path=tmp_path / "gone"), tmp_path)
+    with pytest.raises(RecordingError, match=r"not at .*gone any more; pass --recording PATH"):
+        load_recording_reference(tmp_path).open()
+
+
+def test_older_run_folder_has_no_reference(tmp_path):
+    assert load_recording_reference(tmp_path) is None
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"path": 3}', '{"path": "a", "options": 5}'])
+def test_reference_that_stairmap_did_not_write_is_refused(tmp_path, text):
+    (tmp_path / RECORDING_FILE).write_text(text)
+    with pytest.raises(ResultsError, match=r"recording\.json"):
+        load_recording_reference(tmp_path)
