@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -391,3 +392,29 @@ def test_asking_twice_changes_nothing() -> None:
 
 def test_a_mapper_without_observations_has_no_stairways() -> None:
     assert StairwayMapper(Config()).stairways(trajectory_of(POSES)) == ()
+
+
+def test_a_restored_mapper_goes_on_with_the_same_stairways_and_ids() -> None:
+    first = mapper_of(observe_all(FLIGHT, POSES))
+    seen = first.stairways(trajectory_of(POSES))
+    second = StairwayMapper(Config())
+    second.restore(first.state())
+    assert second.stairways(trajectory_of(POSES)) is not seen
+    assert [s.to_dict() for s in second.stairways(trajectory_of(POSES))] == [s.to_dict() for s in seen]
+    poses = np.concatenate([POSES, poses_before(OTHER, 12)])
+    for observation in observe_all(OTHER, poses[12:], first_stamp=12):
+        second.add(observation)
+    found = second.stairways(trajectory_of(poses))
+    assert [stairway.id for stairway in found] == [1, 2]
+    assert_is_flight(found[1].flights[0], OTHER)
+
+
+def test_a_state_of_another_version_is_refused() -> None:
+    state = mapper_of(observe_all(FLIGHT, POSES)).state()
+    records = np.zeros(12, dtype=[("stamp_ns", np.int64)])
+    with pytest.raises(ValueError, match="observations have the fields"):
+        StairwayMapper(Config()).restore(replace(state, observations=records))
+    with pytest.raises(ValueError, match="belongs to none of the 5 observations"):
+        StairwayMapper(Config()).restore(
+            replace(state, observations=state.observations[:5], ids=state.ids[:5])
+        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +23,26 @@ MIN_CONFIRMED_STEPS = 3
 
 MIN_AGREEING_SHARE = 0.55
 """Share of a flight's observations whose rise and run must agree with it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapperState:
+    """All that a mapper knows, to go on from in another process.
+
+    Attributes
+    ----------
+    observations, edges
+        Records of ``OBSERVATION_FIELDS`` and ``EDGE_FIELDS``.
+    ids
+        (N,) id of the stairway that each observation belongs to, 0 for none.
+    next_id
+        Id of the next new stairway.
+    """
+
+    observations: np.ndarray[tuple[int], np.dtype[np.void]]
+    edges: np.ndarray[tuple[int], np.dtype[np.void]]
+    ids: IntArray
+    next_id: int
 
 
 class StairwayMapper:
@@ -47,6 +68,31 @@ class StairwayMapper:
         """Take in one observation, at a cost that does not depend on how many came before."""
         if observation.edges:
             self._table.add(observation)
+
+    def state(self) -> MapperState:
+        """Return a copy of what is known, ids included."""
+        ids = np.zeros(len(self._table), dtype=np.int64)
+        ids[: len(self._ids)] = self._ids
+        return MapperState(
+            observations=self._table.observations.copy(),
+            edges=self._table.edges.copy(),
+            ids=ids,
+            next_id=self._next_id,
+        )
+
+    def restore(self, state: MapperState) -> None:
+        """Go on from a state: the same observations then give the same stairways under the same ids.
+
+        Raises
+        ------
+        ValueError
+            If its records are not of this version, or do not belong together.
+        """
+        if len(state.ids) != len(state.observations):
+            raise ValueError(f"{len(state.observations)} observations have {len(state.ids)} ids")
+        self._table = ObservationTable.from_records(state.observations, state.edges)
+        self._ids = np.array(state.ids, dtype=np.int64)
+        self._next_id = state.next_id
 
     def stairways(self, trajectory: Trajectory) -> tuple[Stairway, ...]:
         """Return the confirmed stairways as a trajectory places them, by id.

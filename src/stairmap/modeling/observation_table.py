@@ -58,6 +58,33 @@ class ObservationTable:
         self._num_observations = 0
         self._num_edges = 0
 
+    @classmethod
+    def from_records(
+        cls,
+        observations: np.ndarray[tuple[int], np.dtype[np.void]],
+        edges: np.ndarray[tuple[int], np.dtype[np.void]],
+    ) -> ObservationTable:
+        """Rebuild a table from its ``observations`` and ``edges``.
+
+        Raises
+        ------
+        ValueError
+            If the records have other fields, or an edge belongs to no observation.
+        """
+        for name, records, fields in (
+            ("observations", observations, OBSERVATION_FIELDS),
+            ("edges", edges, EDGE_FIELDS),
+        ):
+            if records.dtype != fields:
+                raise ValueError(f"the {name} have the fields {records.dtype.names}, expected {fields.names}")
+        owners = edges["observation"]
+        if len(owners) and not 0 <= owners.min() <= owners.max() < len(observations):
+            raise ValueError(f"an edge belongs to none of the {len(observations)} observations")
+        table = cls()
+        table._observations, table._num_observations = observations.copy(), len(observations)
+        table._edges, table._num_edges = edges.copy(), len(edges)
+        return table
+
     def __len__(self) -> int:
         return self._num_observations
 
