@@ -1,0 +1,25 @@
+"""The node as an ament_python package; stairmap itself is installed with pip."""
+
+from setuptools import find_packages, setup
+
+PACKAGE = "stairmap_ros"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/config", ["config/fastdds_large_images.xml", "config/stairmap.yaml"]),
+        (f"share/{PACKAGE}/launch", ["launch/stairmap.launch.py"]),
+        (f"share/{PACKAGE}/rviz", ["rviz/stairmap.rviz"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=True,
+    maintainer="stairmap contributors",
+    maintainer_email="stairmap@example.com",
+    description="ROS 2 node of stairmap: depth images and TF in, stairways out",
+    license="Apache-2.0",
+    entry_points={"console_scripts": [f"stairmap_node = {PACKAGE}.main:main"]},
+)

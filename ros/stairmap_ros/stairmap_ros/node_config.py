@@ -1,0 +1,90 @@
+"""The node's own parameters, beside those of ``stairmap.config``; config/stairmap.yaml is made of both.
+
+No ROS in here. ``python -m stairmap_ros.node_config`` prints config/stairmap.yaml (``make docs`` writes it).
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field
+
+from stairmap.config import Config
+
+
+class NodeConfig(BaseModel):
+    """What the node is told beside the configuration of the stages."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    map_frame: str = Field("map", min_length=1)
+    """Coordinate frame with z up in which stairways are placed; all results carry it. A map that SLAM
+    keeps is best; odom does where there is none, with its drift."""
+    camera_frame: str = ""
+    """Optical coordinate frame of the depth camera; empty: the one that the image names."""
+    reliability: Literal["best_effort", "reliable"] = "best_effort"
+    """Reliability of the depth and camera_info subscriptions. best_effort takes what any publisher sends;
+    reliable asks for lost images again, and gets nothing from a publisher that is best_effort."""
+    depth_transport: Literal["raw", "compressedDepth"] = "raw"
+    """Whether depth comes as Image on depth/image_rect_raw, or as CompressedImage on that topic's
+    compressedDepth."""
+    method: Literal["stairmap", "delmerico2013"] = "stairmap"
+    """Method: stairmap, or the one of ARL-TR-6381."""
+    max_transform_wait: float = Field(0.3, ge=0, le=5)
+    """How long an image waits for the transform of its stamp, s; then it is dropped and counted."""
+    max_silence: float = Field(5.0, gt=0, le=60)
+    """After so long without an image and its camera_info, s, a warning names the silent topic."""
+    views_per_place: int = Field(10, ge=1, le=1000)
+    """How many images from one place (0.1 m, 10 deg) enter the map: a robot that waits before a stairway
+    does not fill the memory."""
+    path_frame: str = "base_link"
+    """Coordinate frame whose poses a corrected path (topic corrected_path) lists."""
+    map_file: str = ""
+    """File that keeps the map over a restart (NAME.npz; NAME.json beside it is for people); empty: none."""
+    map_save_period: float = Field(5.0, ge=0.5, le=600)
+    """How often a changed map is written, s; also at the end."""
+
+
+def parameters_yaml() -> str:
+    """Return config/stairmap.yaml: every parameter with its default, explained."""
+    lines = [
+        "# Parameters of the stairmap node with their defaults, made by `make docs`. Copy it, change the copy:",
+        "# ros2 launch stairmap_ros stairmap.launch.py params_file:=/path/to/my.yaml",
+        "/**:",
+        "  ros__parameters:",
+    ]
+    lines += _section_lines(NodeConfig(), "    ")
+    for name, section in Config():
+        lines.append(f"    {name}:")
+        lines += _section_lines(section, "      ")
+    return "\n".join(lines) + "\n"
+
+
+def parameters_table() -> str:
+    """Return the node's own parameters as a Markdown table, for docs/ros2.md."""
+    lines = ["| parameter | default | what and why |", "|---|---|---|"]
+    for name, field in NodeConfig.model_fields.items():
+        lines.append(f"| `{name}` | `{_yaml_value(field.default)}` | {describe_field(field)} |")
+    return "\n".join(lines) + "\n"
+
+
+def describe_field(field: Any) -> str:
+    """Return a parameter's description on one line."""
+    return " ".join((field.description or "").split())
+
+
+def _section_lines(section: BaseModel, indent: str) -> list[str]:
+    lines = []
+    for name, field in type(section).model_fields.items():
+        lines.append(f"{indent}# {describe_field(field)}")
+        lines.append(f"{indent}{name}: {_yaml_value(getattr(section, name))}")
+    return lines
+
+
+def _yaml_value(value: Any) -> str:
+    return yaml.safe_dump(value).partition("\n")[0]
+
+
+if __name__ == "__main__":
+    print(parameters_yaml(), end="")  # noqa: T201

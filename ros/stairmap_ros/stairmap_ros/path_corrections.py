@@ -1,0 +1,108 @@
+"""Loop closures: moves viewpoints along with a path that SLAM has corrected. No ROS in here.
+
+What SLAM now says of the robot's pose at some stamps, against what TF said of it then, is a correction at
+these stamps. Between them it is interpolated; before the first and after the last it is that of the nearest.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, Transform
+from stairmap.errors import TrajectoryError
+from stairmap.trajectory import Trajectory
+from stairmap.transforms import interpolate_poses, invert_transform, rotation_from_quat, transform_from_parts
+from stairmap_ros.viewpoints import Viewpoints
+
+MIN_DISTANCE = 0.05
+"""The robot's pose is noted again when it has moved this far, m, or turned by ``MIN_ANGLE``."""
+
+MIN_ANGLE = np.radians(3.0)
+"""See ``MIN_DISTANCE``, rad."""
+
+
+class PathCorrections:
+    """Remembers where TF said the robot was, every few centimetres of its way.
+
+    Parameters
+    ----------
+    first
+        Number of the first viewpoint of this session; those before it came from a file and stay.
+    """
+
+    def __init__(self, *, first: int) -> None:
+        self._first = first
+        self._stamps_ns: list[int] = []
+        self._map_from_body: list[Float64Array] = []
+        self._recorded = np.zeros((0, 4, 4))
+
+    def add(self, stamp_ns: int, map_from_body: Transform) -> None:
+        """Note a (4, 4) pose of the robot as TF gives it; stamps that do not increase are passed over."""
+        if self._stamps_ns:
+            if stamp_ns <= self._stamps_ns[-1]:
+                return
+            last = self._map_from_body[-1]
+            moved = np.linalg.norm(map_from_body[:3, 3] - last[:3, 3])
+            cosine = (np.trace(last[:3, :3].T @ map_from_body[:3, :3]) - 1.0) / 2.0
+            if moved < MIN_DISTANCE and cosine > np.cos(MIN_ANGLE):
+                return
+        self._stamps_ns.append(stamp_ns)
+        self._map_from_body.append(np.array(map_from_body))
+
+    def corrected(self, path: Trajectory, viewpoints: Viewpoints) -> tuple[int, Float64Array]:
+        """Return the number of the first viewpoint to correct, and (M, 4, 4) poses from there on.
+
+        Parameters
+        ----------
+        path
+            ``map_from_body`` as SLAM gives it now.
+        viewpoints
+            Images in the map; each is corrected from the pose that TF gave it, whatever was done since.
+
+        Raises
+        ------
+        TrajectoryError
+            If the path has no stamp of the time that was noted.
+        """
+        self._keep_recorded(viewpoints)
+        noted_ns = np.array(self._stamps_ns, dtype=np.int64)
+        known = np.zeros(len(path), dtype=bool)
+        if len(noted_ns) > 1:
+            known = (path.stamps_ns >= noted_ns[0]) & (path.stamps_ns <= noted_ns[-1])
+        if not known.any():
+            raise TrajectoryError("no stamp of the path lies in the time since this node started")
+        stamps_ns = path.stamps_ns[known]
+        noted = interpolate_poses(noted_ns, np.array(self._map_from_body), stamps_ns)
+        corrections = np.array(
+            [new @ invert_transform(old) for new, old in zip(path.map_from_camera[known], noted, strict=True)]
+        )
+        wanted_ns = np.clip(viewpoints.stamps_ns[self._first :], stamps_ns[0], stamps_ns[-1])
+        if len(stamps_ns) > 1:
+            corrections = interpolate_poses(stamps_ns, corrections, wanted_ns)
+        return self._first, np.asarray(corrections @ self._recorded)
+
+    def _keep_recorded(self, viewpoints: Viewpoints) -> None:
+        """Copy the poses of viewpoints that are new since the last correction: these are still TF's."""
+        num_kept = len(self._recorded)
+        new = viewpoints.poses[self._first + num_kept :]
+        self._recorded = np.concatenate([self._recorded, new])
+
+
+def trajectory_from_path(message: Any) -> Trajectory:
+    """Return the poses of a ``nav_msgs/Path``, whose poses carry their own stamps.
+
+    Raises
+    ------
+    TrajectoryError
+        If it is empty, or its stamps do not increase.
+    """
+    stamps_ns, poses = [], []
+    for stamped in message.poses:
+        stamp, pose = stamped.header.stamp, stamped.pose
+        turn, position = pose.orientation, pose.position
+        stamps_ns.append(int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec))
+        rotation = rotation_from_quat([turn.x, turn.y, turn.z, turn.w])
+        poses.append(transform_from_parts(rotation, [position.x, position.y, position.z]))
+    return Trajectory(stamps_ns=np.array(stamps_ns, dtype=np.int64), map_from_camera=np.array(poses))

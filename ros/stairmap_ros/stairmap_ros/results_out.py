@@ -1,0 +1,47 @@
+"""Publishes stairways: latched, so that who comes late gets the last answer at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from stairmap_msgs.msg import StairwayArray
+from visualization_msgs.msg import MarkerArray
+
+from stairmap.stairway import Stairway
+from stairmap_ros.markers import StairwayMarkers
+from stairmap_ros.messages import make_detection_array, make_header, make_stairway_array
+
+
+class ResultsOut:
+    """The publishers of one node.
+
+    Parameters
+    ----------
+    node
+        Whose topics these are: ``~/stairways``, ``~/markers`` and, with vision_msgs, ``~/detections``.
+    map_frame
+        Coordinate frame of all results.
+    """
+
+    def __init__(self, node: Node, map_frame: str) -> None:
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._map_frame = map_frame
+        self._markers = StairwayMarkers()
+        self._stairways_out = node.create_publisher(StairwayArray, "~/stairways", latched)
+        self._markers_out = node.create_publisher(MarkerArray, "~/markers", latched)
+        empty = make_detection_array((), make_header(map_frame, 0))
+        self._detections_out = (
+            None if empty is None else node.create_publisher(type(empty), "~/detections", latched)
+        )
+        self.num_stairways = 0
+
+    def publish(self, stairways: Sequence[Stairway], stamp_ns: int) -> None:
+        """Publish all stairways as of the stamp of an image, nanoseconds."""
+        header = make_header(self._map_frame, stamp_ns)
+        self.num_stairways = len(stairways)
+        self._markers_out.publish(self._markers.make(stairways, header))
+        self._stairways_out.publish(make_stairway_array(stairways, header))
+        if self._detections_out is not None:
+            self._detections_out.publish(make_detection_array(stairways, header))

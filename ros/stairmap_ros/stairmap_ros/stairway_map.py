@@ -1,0 +1,149 @@
+"""The map that the node keeps: images with poses in, stairways out. No ROS in here."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stairmap.arrays import DepthImage, Float64Array, IntArray, Transform
+from stairmap.camera import PinholeCamera
+from stairmap.config import Config
+from stairmap.detection.observation import Detection
+from stairmap.errors import StairmapError
+from stairmap.frame import DepthFrame
+from stairmap.modeling.mapper import MapperState, StairwayMapper
+from stairmap.pipeline import StairwayPipeline
+from stairmap.stairway import Stairway
+from stairmap_ros.viewpoints import Viewpoints
+
+MAX_QUERY_SHARE = 0.25
+"""Share of the time that may go into asking for stairways: in a large map it is done less often."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapSnapshot:
+    """A map at one moment.
+
+    Attributes
+    ----------
+    state
+        What the modeler knows, by index stamps.
+    stamps_ns, map_from_camera
+        (N,) real stamps and (N, 4, 4) poses of the images in it.
+    stairways
+        The stairways of the last query.
+    """
+
+    state: MapperState
+    stamps_ns: IntArray
+    map_from_camera: Float64Array
+    stairways: tuple[Stairway, ...] = ()
+
+
+class StairwayMap:
+    """Runs the pipeline's stages and holds what they have found.
+
+    Every image is looked at; one enters the map when it shows stair edges from a place that was not looked
+    from often enough yet. So the map grows with the building and not with the time.
+
+    Parameters
+    ----------
+    config
+        Configuration of all stages.
+    method
+        A key of ``stairmap.pipeline.METHODS``.
+    views_per_place
+        See ``NodeConfig``.
+    """
+
+    def __init__(self, config: Config, *, method: str, views_per_place: int) -> None:
+        self._pipeline = StairwayPipeline(config, method=method)
+        self.viewpoints = Viewpoints(per_place=views_per_place)
+        self._stairways: tuple[Stairway, ...] = ()
+        self._is_stale = False
+        self._next_query = 0.0
+        self.version = 0
+
+    def detect(self, depth: DepthImage, camera: PinholeCamera, map_from_camera: Transform) -> Detection:
+        """Look at one image, (height, width) float32 m, taken at a (4, 4) pose; the map stays as it is."""
+        frame = DepthFrame(
+            stamp_ns=self.viewpoints.next_index_stamp_ns,
+            depth=depth,
+            camera=camera,
+            up=np.array(map_from_camera[2, :3]),
+        )
+        return self._pipeline.detector.detect(frame)
+
+    def add(self, detection: Detection, stamp_ns: int, map_from_camera: Transform) -> None:
+        """Let what ``detect`` has just found enter the map, if it is of use."""
+        if detection and self.viewpoints.is_wanted(map_from_camera):
+            self.viewpoints.add(stamp_ns, map_from_camera)
+            for observation in detection.observations:
+                self._pipeline.modeler.add(observation)
+            self._mark_changed()
+
+    def stairways(self) -> tuple[Stairway, ...]:
+        """Return the stairways with real stamps; asked anew after a change, in a bounded share of time."""
+        started = time.monotonic()
+        if self._is_stale and started >= self._next_query:
+            found = self._pipeline.modeler.stairways(self.viewpoints.trajectory())
+            self._stairways = tuple(self._with_real_stamps(stairway) for stairway in found)
+            self._is_stale = False
+            ended = time.monotonic()
+            self._next_query = ended + (ended - started) * (1.0 / MAX_QUERY_SHARE - 1.0)
+        return self._stairways
+
+    def correct(self, first: int, poses: Float64Array) -> None:
+        """Take corrected (M, 4, 4) poses of the viewpoints from ``first`` on, as after a loop closure."""
+        self.viewpoints.correct(first, poses)
+        self._mark_changed()
+
+    def snapshot(self) -> MapSnapshot:
+        """Return a copy of all that is known, for a file.
+
+        Raises
+        ------
+        StairmapError
+            If the method cannot be kept.
+        """
+        return MapSnapshot(
+            state=self._mapper().state(),
+            stamps_ns=self.viewpoints.stamps_ns.copy(),
+            map_from_camera=self.viewpoints.poses.copy(),
+            stairways=self._stairways,
+        )
+
+    def restore(self, snapshot: MapSnapshot) -> None:
+        """Go on from a snapshot; its stairways are found anew.
+
+        Raises
+        ------
+        ValueError
+            If its parts do not belong together.
+        StairmapError
+            If the method cannot go on from it.
+        """
+        if len(snapshot.state.observations) < len(snapshot.stamps_ns):
+            raise ValueError("it has more images than observations")
+        self._mapper().restore(snapshot.state)
+        for stamp_ns, pose in zip(snapshot.stamps_ns, snapshot.map_from_camera, strict=True):
+            self.viewpoints.add(int(stamp_ns), pose)
+        self._mark_changed()
+
+    def _mark_changed(self) -> None:
+        self._is_stale = True
+        self.version += 1
+
+    def _mapper(self) -> StairwayMapper:
+        if not isinstance(self._pipeline.modeler, StairwayMapper):
+            raise StairmapError("map_file needs method: stairmap; the other method keeps no observations")
+        return self._pipeline.modeler
+
+    def _with_real_stamps(self, stairway: Stairway) -> Stairway:
+        return replace(
+            stairway,
+            first_seen_ns=self.viewpoints.real_stamp_ns(stairway.first_seen_ns),
+            last_seen_ns=self.viewpoints.real_stamp_ns(stairway.last_seen_ns),
+        )
