@@ -89,7 +89,7 @@ def find_goals(results: Sequence[TrialResult], real: Sequence[RealResult]) -> li
             is_met=0.60 <= within_1 <= 0.76 and within_2 >= 0.93,
         ),
     ]
-    return goals
+    return [*goals, *_verdict_goals(s)]
 
 
 def sensor_of(result: TrialResult) -> str:
@@ -100,6 +100,29 @@ def sensor_of(result: TrialResult) -> str:
 def summarize_by(results: Sequence[TrialResult], key: Callable[[TrialResult], str]) -> dict[str, Summary]:
     """Return the sums of groups of results."""
     return {name: summarize(some) for name, some in group_results(results, key).items()}
+
+
+def _verdict_goals(s: Summary) -> list[Goal]:
+    v = s.verdicts
+    num_clear, num_near = v.right + v.unknown + v.wrong, v.near_right + v.near_unknown + v.near_wrong
+    share = v.right / max(num_clear, 1)
+    return [
+        Goal(
+            text="verdicts farther than 2σ from a limit right in ≥ 99 %",
+            measured=f"{v.right} of {num_clear} ({100 * share:.1f} %)",
+            is_met=share >= 0.99,
+        ),
+        Goal(
+            text="verdicts within 2σ of a limit unknown, not wrong",
+            measured=f"{v.near_unknown} of {num_near} unknown, {v.near_wrong} wrong",
+            is_met=v.near_wrong == 0,
+        ),
+        Goal(
+            text="no impassable flight called passable",
+            measured=str(v.num_dangerous),
+            is_met=v.num_dangerous == 0,
+        ),
+    ]
 
 
 def _mean_goal(s: Summary, name: str, limit: float, unit: str) -> Goal:

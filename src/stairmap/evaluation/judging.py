@@ -12,6 +12,7 @@ from stairmap.evaluation.drift import find_drift_spread, frames_of_flight, move_
 from stairmap.evaluation.matching import match_flights
 from stairmap.evaluation.metrics import FlightErrors, find_errors
 from stairmap.evaluation.truth import DriveTruth, TrueFlight
+from stairmap.evaluation.verdicts import JudgedVerdict, judge_verdicts
 from stairmap.stairway import Flight, Stairway, rounded
 
 
@@ -36,6 +37,8 @@ class FlightResult:
         Id of the stairway that the estimate is part of; ``None``: not found.
     errors
         ``None``: not found.
+    verdicts
+        Whether each robot could climb it, as the estimate says and in truth; none: not found.
     """
 
     stairway_id: int
@@ -48,6 +51,7 @@ class FlightResult:
     estimate: Mapping[str, Any] | None
     estimated_id: int | None
     errors: FlightErrors | None
+    verdicts: tuple[JudgedVerdict, ...] = ()
 
     @property
     def is_found(self) -> bool:
@@ -105,6 +109,7 @@ def judge_stairways(
                 estimate=None if estimate is None else describe_estimate(estimate),
                 estimated_id=None if row is None else ids[row],
                 errors=None if estimate is None else find_errors(estimate, true, drifts[index]),
+                verdicts=() if estimate is None else judge_verdicts(estimate, true.flight),
             )
         )
     false = [{"reason": "duplicate", **describe_estimate(estimates[row])} for row in matching.duplicates]

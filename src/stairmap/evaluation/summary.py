@@ -10,6 +10,7 @@ import numpy as np
 
 from stairmap.evaluation.metrics import CALIBRATED, MEASURES
 from stairmap.evaluation.trials import TrialResult
+from stairmap.evaluation.verdicts import VerdictCounts, count_verdicts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +62,8 @@ class Summary:
     num_joined_right, num_joined_judged
         True stairways of which at least two flights were found, and those of them whose found flights
         all are in one estimated stairway that holds no flight of another.
+    verdicts
+        How what was said of robots on the matched flights turned out.
     frame_ms, mean_frame_ms, query_ms
         Median over trials of the median time per frame; mean time per frame over all frames;
         mean time of the query, ms.
@@ -85,6 +88,7 @@ class Summary:
     num_risers_judged: int
     num_joined_right: int
     num_joined_judged: int
+    verdicts: VerdictCounts
     frame_ms: float
     mean_frame_ms: float
     query_ms: float
@@ -142,6 +146,9 @@ def summarize(results: Iterable[TrialResult]) -> Summary:
         num_risers_judged=len(risers),
         num_joined_right=sum(joined),
         num_joined_judged=len(joined),
+        verdicts=count_verdicts(
+            verdict for flight in flights if not flight.is_optional for verdict in flight.verdicts
+        ),
         frame_ms=_mean([float(np.median([result.frame_ms for result in ended]))]) if ended else np.nan,
         mean_frame_ms=_mean([result.mean_frame_ms for result in ended for _ in range(result.num_frames)]),
         query_ms=_mean([result.query_ms for result in ended]),

@@ -136,6 +136,7 @@ def format_summary(summaries: Mapping[str, Summary]) -> str:
     ]
     rows.append(["flights of one stairway joined"])
     rows[-1] += [_ratio(s.num_joined_right, s.num_joined_judged) for s in summaries.values()]
+    rows += _verdict_rows(summaries)
     for name in (*CALIBRATED, "all"):
         rows.append([f"{name}: errors within 1σ / 2σ"])
         rows[-1] += [_calibration(s.errors[name]) for s in summaries.values()]
@@ -147,6 +148,22 @@ def format_summary(summaries: Mapping[str, Summary]) -> str:
         ["ms per query of the stairways", *(f"{s.query_ms:.1f}" for s in summaries.values())],
     ]
     return format_table(["", *summaries], rows)
+
+
+def _verdict_rows(summaries: Mapping[str, Summary]) -> list[list[str]]:
+    every = [summary.verdicts for summary in summaries.values()]
+    rows = {
+        "verdicts > 2σ from limits": [(v.right, v.unknown, v.wrong) for v in every],
+        "verdicts nearer": [(v.near_right, v.near_unknown, v.near_wrong) for v in every],
+        "verdicts, truth > 2σ from limits": [
+            (v.truly_clear_right, v.truly_clear_unknown, v.truly_clear_wrong) for v in every
+        ],
+    }
+    counts = [
+        [f"{name}: right / unknown / wrong", *(" / ".join(map(str, v)) for v in values)]
+        for name, values in rows.items()
+    ]
+    return [*counts, ["impassable called passable", *(str(v.num_dangerous) for v in every)]]
 
 
 def format_groups(title: str, summaries: Mapping[str, Summary]) -> str:

@@ -27,8 +27,8 @@ Sense: TypeAlias = Literal["max", "min"]
 
 Verdict: TypeAlias = Literal["passable", "impassable", "unknown"]
 
-SURE = 0.975
-"""Probability from which a verdict is given, either way: two standard deviations, one-sided."""
+SURE = 0.5 * math.erfc(-2.0 / math.sqrt(2.0))
+"""Probability from which a verdict is given, either way: two standard deviations, one-sided; 0.977."""
 
 WIDTH_STD = 0.05
 """What the model's deviation of a width does not cover, m: stringers, skirtings and rails that pass for the
@@ -181,7 +181,7 @@ def joint_probability(checks: Iterable[LimitCheck]) -> tuple[float, float]:
 
 
 def verdict_from_probability(probability: tuple[float, float]) -> Verdict:
-    """Return ``passable`` from 0.975 up, ``impassable`` up to 0.025, else ``unknown``."""
+    """Return ``passable`` from 0.977 up, ``impassable`` up to 0.023, else ``unknown``."""
     lowest, highest = probability
     if lowest >= SURE:
         return "passable"

@@ -1,6 +1,6 @@
 """Whether a robot can climb a stairway, and how sure that is.
 
-A verdict is ``passable`` when all limits are kept with a probability of at least 0.975 even if the
+A verdict is ``passable`` when all limits are kept with a probability of at least 0.977 even if the
 errors of rise, run, pitch and width conspire, ``impassable`` when one of them is broken as surely,
 and else ``unknown``: because the stairway is too near a limit, or was not seen well enough, or because
 the robot's limit was never published.
