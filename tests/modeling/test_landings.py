@@ -15,7 +15,7 @@ from ideal_observations import (
     the_only,
     trajectory_of,
 )
-from stairmap.modeling.landings import join_flights, make_landing, top_of
+from stairmap.modeling.landings import find_storeys, join_flights, make_landing, top_of
 from stairmap.simulation.stair_shapes import FlightShape, StairwayShape
 from stairmap.simulation.stairs import build_stairway
 from stairmap.stairway import Flight, Landing, Stairway
@@ -152,3 +152,73 @@ def test_an_id_stays_when_a_second_flight_joins() -> None:
             == 7
         )
     assert the_only(mapper.stairways(trajectory)).id == before
+
+
+def half_turns(*num_risers: int, rise: float = 0.17) -> list[Flight]:
+    """Flights there and back, each beginning where the one below ends, half a step to the side."""
+    flights, low = [], 0.0
+    for index, num in enumerate(num_risers):
+        turned = index % 2
+        base = np.array([2.5 * turned, 1.3 * turned, low])
+        flights.append(make_flight(base=base, heading=np.pi * turned, rise=rise, num_risers=num))
+        low += rise * num
+    return flights
+
+
+def test_half_turn_stairs_over_three_storeys_are_three_stairways() -> None:
+    flights = half_turns(9, 9, 9, 9, 9, 9)
+    assert join_flights(flights) == [[0, 1], [2, 3], [4, 5]]
+    assert join_flights(flights[::-1]) == [[5, 4], [3, 2], [1, 0]]
+
+
+def test_scissor_stairs_with_a_flight_a_storey_are_a_stairway_a_storey() -> None:
+    assert join_flights(half_turns(15, 15, 15, rise=0.2)) == [[0], [1], [2]]
+
+
+def test_a_top_flight_seen_in_part_is_a_storey_too() -> None:
+    assert find_storeys(half_turns(15, 8, rise=0.2)) == [0, 1]
+    assert find_storeys(half_turns(15, 3, rise=0.2)) == [0]
+    assert find_storeys(half_turns(9, 9, 4)) == [0, 2]
+
+
+def test_flights_below_the_rise_of_a_storey_stay_together() -> None:
+    for num_risers in ((9, 9), (6, 6, 6), (4, 4, 4, 4), (10,)):
+        assert find_storeys(half_turns(*num_risers)) == [0]
+
+
+def square_turns(num: int, *, num_risers: int = 6) -> list[Flight]:
+    """Quarter-turn flights about a square well of 3 m; four of them are one round."""
+    corners = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0]])
+    return [
+        make_flight(
+            base=np.array([*corners[index % 4], 0.17 * num_risers * index]),
+            heading=np.pi / 2 * (index % 4), num_risers=num_risers,
+        )
+        for index in range(num)
+    ]  # fmt: skip
+
+
+def test_stairs_about_a_well_are_cut_where_they_stand_over_their_beginning() -> None:
+    # A round rises by 4.08 m; three flights rise by 3.06 m, and the fourth stands elsewhere.
+    assert find_storeys(square_turns(8)) == [0, 4]
+
+
+def test_stairs_that_never_come_back_over_themselves_stay_together() -> None:
+    straight = [
+        make_flight(base=np.array([3.0 * index, 0.0, 0.17 * 8 * index]), num_risers=8) for index in range(4)
+    ]
+    assert find_storeys(straight) == [0]
+
+
+def test_a_mapped_stair_over_two_storeys_has_two_ids_that_stay() -> None:
+    flights = half_turns(9, 9, 9, 9)
+    poses, observations = [], []
+    for flight in flights:
+        mine = poses_before(flight, 5)
+        observations += observe_all(flight, mine, first_stamp=len(poses))
+        poses += mine
+    mapper, trajectory = mapper_of(observations), trajectory_of(poses)
+    first = mapper.stairways(trajectory)
+    assert [(item.id, len(item.flights), len(item.landings)) for item in first] == [(1, 2, 1), (2, 2, 1)]
+    assert [item.id for item in mapper.stairways(trajectory)] == [1, 2]
+    assert first[1].flights[0].base[2] == pytest.approx(18 * 0.17, abs=0.02)

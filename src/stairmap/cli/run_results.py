@@ -1,4 +1,4 @@
-"""What a run folder tells of a building: its stairways by storey, the robot's way, its floors."""
+"""What a run folder tells of a building: its stairways, the robot's way, its floors."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 
 from stairmap.export.loading import load_stairways
 from stairmap.navigation.floors import FloorStack, find_floors
-from stairmap.navigation.storeys import split_at_floors
 from stairmap.recordings.tum_trajectory import load_tum_trajectory
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
@@ -20,7 +19,7 @@ class Building:
     Attributes
     ----------
     stairways
-        Cut at floors; see ``split_at_floors``.
+        Each joins two floors.
     floors
         Its floors.
     trajectory
@@ -46,7 +45,7 @@ def load_building(run: Path, *, camera_height: float | None = None) -> Building:
     results = load_stairways(run)
     path = (run if run.is_dir() else run.parent) / "trajectory.tum"
     trajectory = load_tum_trajectory(path) if path.is_file() else None
-    stairways = split_at_floors(results.stairways)
+    stairways = results.stairways
     return Building(
         stairways=stairways,
         floors=find_floors(stairways, trajectory, camera_height=camera_height),

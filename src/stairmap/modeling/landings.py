@@ -1,10 +1,19 @@
-"""Flights that belong to one stairway, and the landings between them."""
+"""Flights that belong to one stairway, and the landings between them.
+
+A stairway joins two floors, so it ends where a landing is a floor. Flights alone tell that in two cases: a
+flight rises by a storey and so does the next, as in scissor stairs; or a storey has been climbed and the
+next flight stands over the one that it began with, as stairs repeat themselves from floor to floor. In all
+other cases it is unknown, and the flights stay together.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from stairmap.arrays import Vector
+from stairmap.geometry import wrapped_angle
 from stairmap.stairway import Flight, Landing
 from stairmap.transforms import invert_transform, transform_points
 
@@ -14,6 +23,15 @@ MAX_LANDING_STEP = 0.10
 MAX_LANDING_LENGTH = 3.0
 """Largest level distance between the end of one flight and the foot of the next, m."""
 
+MIN_STOREY_RISE = 2.3
+"""Floors are at least so far apart, m: no storey of a building is lower."""
+
+MAX_PLAN_OFFSET = 1.0
+"""A flight stands over another when their feet are no farther apart in plan, m: drift and floor finish ..."""
+
+MAX_PLAN_TURN = float(np.radians(25))
+"""... and their headings differ by no more, rad."""
+
 
 def top_of(flight: Flight) -> Vector:
     """(3,) middle of a flight's last nosing, where the landing begins, m, map."""
@@ -22,9 +40,10 @@ def top_of(flight: Flight) -> Vector:
 
 
 def join_flights(flights: list[Flight]) -> list[list[int]]:
-    """Chain flights that a landing joins, each chain from the lowest flight up.
+    """Chain flights that a landing joins, each chain from the lowest flight up to the next floor.
 
-    A flight follows another when its foot is as high as the other's top and near it.
+    A flight follows another when its foot is as high as the other's top and near it, and the landing between
+    them is no floor (``find_storeys``).
 
     Returns
     -------
@@ -51,8 +70,42 @@ def join_flights(flights: list[Flight]) -> list[list[int]]:
             chain = [start]
             while chain[-1] in following:
                 chain.append(following[chain[-1]])
-            chains.append(chain)
+            begins = find_storeys([flights[index] for index in chain])
+            chains += [chain[low:high] for low, high in zip(begins, [*begins[1:], len(chain)], strict=True)]
     return chains
+
+
+def find_storeys(flights: Sequence[Flight]) -> list[int]:
+    """Tell which flights of a chain begin on a floor.
+
+    Parameters
+    ----------
+    flights
+        From the lowest up, joined by landings.
+
+    Returns
+    -------
+    Indices in ascending order, the first of them 0.
+    """
+    begins = [0]
+    for index in range(1, len(flights)):
+        below, above = flights[index - 1], flights[index]
+        first = flights[begins[-1]]
+        climbed = sum(flight.num_risers * flight.rise for flight in flights[begins[-1] : index])
+        # The last flight may have been seen in part.
+        needed = MIN_STOREY_RISE / 2 if index == len(flights) - 1 else MIN_STOREY_RISE
+        are_storeys = (
+            below.num_risers * below.rise >= MIN_STOREY_RISE and above.num_risers * above.rise >= needed
+        )
+        if are_storeys or (climbed >= MIN_STOREY_RISE and _stands_over(above, first)):
+            begins.append(index)
+    return begins
+
+
+def _stands_over(upper: Flight, lower: Flight) -> bool:
+    offset = float(np.hypot(*(upper.base - lower.base)[:2]))
+    turn = abs(wrapped_angle(upper.heading - lower.heading))
+    return offset <= MAX_PLAN_OFFSET and turn <= MAX_PLAN_TURN
 
 
 def _reaches(following: dict[int, int], start: int, goal: int) -> bool:
