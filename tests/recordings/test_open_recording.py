@@ -32,26 +32,28 @@ def test_a_path_that_is_not_there_is_told(tmp_path: Path) -> None:
     assert _refusal(tmp_path / "walk").startswith("expected a recording, but there is no ")
 
 
-@pytest.mark.parametrize(
-    ("name", "kind"),
-    [
-        ("walk.bag", "ROS bags"),
-        ("walk.mcap", "MCAP bags"),
-        ("walk.db3", "ROS 2 bags"),
-        ("walk.pcd", "point clouds"),
-    ],
-)
-def test_formats_to_come_are_named(tmp_path: Path, name: str, kind: str) -> None:
-    (tmp_path / name).write_bytes(b"data")
-    assert f"{kind} are not supported yet; expected a folder with depth.txt, camera.json" in _refusal(
-        tmp_path / name
+def test_formats_to_come_are_named(tmp_path: Path) -> None:
+    (tmp_path / "walk.pcd").write_bytes(b"data")
+    assert (
+        "point clouds are not supported yet; expected a bag (.bag, .mcap, .db3), or a folder with"
+        in _refusal(tmp_path / "walk.pcd")
     )
 
 
-def test_a_folder_with_a_bag_is_a_bag(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["walk.bag", "walk.mcap", "walk.db3"])
+def test_file_that_is_no_bag_despite_its_name_is_told_by_its_beginning(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"data")
+    assert f"{name} is no bag: it begins with b'data'; expected one of ROS 1" in _refusal(tmp_path / name)
+    (tmp_path / name).write_bytes(b"")
+    assert f"{name} is empty; expected a bag" in _refusal(tmp_path / name)
+    (tmp_path / name).write_bytes(bytes(1000))
+    assert "it begins with only zeros" in _refusal(tmp_path / name)
+
+
+def test_folder_whose_bag_is_no_bag_is_told(tmp_path: Path) -> None:
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:")
     (tmp_path / "walk_0.mcap").write_bytes(b"data")
-    assert "MCAP bags are not supported yet" in _refusal(tmp_path)
+    assert f"expected the files of a bag in {tmp_path}, but it has none" in _refusal(tmp_path)
 
 
 def test_a_file_of_a_recording_leads_to_its_folder(make_recording: Callable[..., Path]) -> None:

@@ -38,7 +38,7 @@ def detect_recording(request: DetectRequest) -> int:
     """
     given = request.input
     config = load_config(given.config_file, given.overrides)
-    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up)
+    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
     loop = _DetectLoop(recording, StairwayPipeline(config, method=given.method).detector)
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
         folder.log(f"stairmap {stairmap.__version__} detect {given.recording} --method {given.method}")

@@ -32,7 +32,7 @@ def inspect_recording(request: InspectRequest) -> int:
         If the recording cannot be used, the frame is not there, or the picture cannot be written.
     """
     given = request.input
-    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up)
+    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
     if request.frame_number is not None:
         _inspect_frame(recording, request, request.frame_number)
         return 0

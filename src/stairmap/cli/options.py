@@ -10,10 +10,12 @@ import typer
 
 from stairmap.cli.exits import remember_debug
 from stairmap.cli.requests import MethodRequest
+from stairmap.recordings.bag_options import BagOptions
 
 INPUT = "Input"
 METHOD = "Method"
 OUTPUT = "Output"
+BAG = "Bags"
 
 
 class Method(str, Enum):
@@ -37,7 +39,10 @@ class Up(str, Enum):
 
 RecordingArgument: TypeAlias = Annotated[
     Path,
-    typer.Argument(help="Folder with depth.txt, camera.json and PNG images.", show_default=False),
+    typer.Argument(
+        help="Bag (.bag, .mcap, .db3), or folder with depth.txt, camera.json and PNG images.",
+        show_default=False,
+    ),
 ]
 TrajectoryOption: TypeAlias = Annotated[
     Path | None,
@@ -56,6 +61,56 @@ UpOption: TypeAlias = Annotated[
         metavar="AXIS",
         help="Axis of the poses' map that points up: +x -x +y -y +z -z, or auto: from the floor. Default +z.",
         rich_help_panel=INPUT,
+        show_default=False,
+    ),
+]
+DepthTopicOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--depth-topic",
+        metavar="TOPIC",
+        help="Depth images, if there are several. 'stairmap inspect BAG' lists all topics.",
+        rich_help_panel=BAG,
+        show_default=False,
+    ),
+]
+CameraInfoTopicOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--camera-info-topic",
+        metavar="TOPIC",
+        help="Their CameraInfo. Default: the one beside the depth topic.",
+        rich_help_panel=BAG,
+        show_default=False,
+    ),
+]
+CameraOption: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--camera",
+        metavar="FILE",
+        help="camera.json with the intrinsics, for a bag without CameraInfo.",
+        rich_help_panel=BAG,
+        show_default=False,
+    ),
+]
+PoseTopicOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--pose-topic",
+        metavar="TOPIC",
+        help="Poses: transforms, Odometry or PoseStamped. Default: /tf, else the only odometry or pose.",
+        rich_help_panel=BAG,
+        show_default=False,
+    ),
+]
+MapFrameOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--map-frame",
+        metavar="NAME",
+        help="Coordinate frame of the results. Default: map, else odom, else the root.",
+        rich_help_panel=BAG,
         show_default=False,
     ),
 ]
@@ -116,6 +171,7 @@ def method_request(
     method: Method,
     config: Path | None,
     overrides: list[str] | None,
+    bag: BagOptions,
 ) -> MethodRequest:
     """Return what the options that ``run``, ``detect`` and ``inspect`` share ask for."""
     return MethodRequest(
@@ -125,4 +181,5 @@ def method_request(
         method=method.value,
         config_file=config,
         overrides=tuple(overrides or ()),
+        bag=bag,
     )

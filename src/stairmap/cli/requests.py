@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+
+from stairmap.recordings.bag_options import BagOptions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,6 +24,8 @@ class MethodRequest:
         A key of ``stairmap.pipeline.METHODS``.
     config_file, overrides
         See ``load_config``.
+    bag
+        What to take of a bag.
     """
 
     recording: Path
@@ -30,6 +34,7 @@ class MethodRequest:
     method: str = "stairmap"
     config_file: Path | None = None
     overrides: tuple[str, ...] = ()
+    bag: BagOptions = field(default_factory=BagOptions)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,3 +139,30 @@ class PlanRequest:
     camera_height: float | None
     output: Path | None
     as_json: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViewRequest:
+    """What ``stairmap view`` was asked for.
+
+    Attributes
+    ----------
+    run
+        Run folder.
+    recording
+        Where its recording is now; ``None``: where it was.
+    every
+        Show each so many-th frame.
+    rrd, page, mcap
+        Files to write for rerun, browsers and Foxglove.
+    web_port
+        Port of 127.0.0.1 to serve the rerun viewer at.
+    """
+
+    run: Path
+    recording: Path | None = None
+    every: int = 1
+    rrd: Path | None = None
+    web_port: int | None = None
+    page: Path | None = None
+    mcap: Path | None = None

@@ -36,7 +36,7 @@ def run_recording(request: RunRequest) -> int:
     given = request.input
     config = load_config(given.config_file, given.overrides)
     robots = [load_robot(name) for name in request.robots]
-    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up)
+    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
     level_map = find_level_map(recording, given.up, max_depth=config.detection.max_depth)
     loop = RunLoop(recording, level_map.trajectory, config=config, method=given.method)
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:

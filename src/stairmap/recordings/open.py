@@ -5,15 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from stairmap.errors import RecordingError
+from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.base import Recording
 from stairmap.recordings.image_folder import CAMERA_FILE, DEPTH_LIST, ImageFolderRecording
 
-_FOLDER_PARTS = f"a folder with {DEPTH_LIST}, {CAMERA_FILE} and depth images (docs/inputs.md)"
+_FOLDER_PARTS = (
+    f"a bag (.bag, .mcap, .db3), or a folder with {DEPTH_LIST}, {CAMERA_FILE} and depth images "
+    "(docs/inputs.md)"
+)
 
 _UNSUPPORTED_FILES = {
-    ".bag": "ROS bags",
-    ".db3": "ROS 2 bags",
-    ".mcap": "MCAP bags",
     ".pcd": "point clouds",
     ".ply": "point clouds",
     ".svo": "ZED recordings",
@@ -26,18 +27,22 @@ _UNSUPPORTED_FILES = {
 }
 
 
-def open_recording(path: Path, *, trajectory: Path | None = None, up: str | None = None) -> Recording:
+def open_recording(
+    path: Path, *, trajectory: Path | None = None, up: str | None = None, bag: BagOptions | None = None
+) -> Recording:
     """Open a recording.
 
     Parameters
     ----------
     path
-        An image folder.
+        An image folder; or a bag of ROS 1, ROS 2 or the RealSense recorder.
     trajectory
         Poses of the camera's optical coordinate frame (TUM format) to use instead of the recording's own.
     up
         Which axis of the poses' coordinate frame points up: ``+x -x +y -y +z -z``, ``+z`` if not given.
         ``auto`` leaves the poses as they are and the frames without ``up``: the floor tells.
+    bag
+        What to take of a bag, where it cannot be guessed.
 
     Raises
     ------
@@ -46,16 +51,32 @@ def open_recording(path: Path, *, trajectory: Path | None = None, up: str | None
         TrajectoryError for the poses. The message says what was expected, what came, and what to do.
     """
     path = Path(path)
+    options = bag or BagOptions()
     try:
-        if path.is_dir():
-            if (path / DEPTH_LIST).exists():
-                return ImageFolderRecording(path, trajectory=trajectory, up=up)
-            raise RecordingError(_describe_folder(path))
+        if path.is_dir() and (path / DEPTH_LIST).exists():
+            if options != BagOptions():
+                raise RecordingError(
+                    f"topics and coordinate frames are those of bags, but {path} is a folder"
+                )
+            return ImageFolderRecording(path, trajectory=trajectory, up=up)
         if path.exists():
-            raise RecordingError(_describe_file(path))
+            return _open_bag(path, trajectory=trajectory, up=up, options=options)
     except OSError as error:
         raise RecordingError(f"cannot open {path}: {error.strerror}") from error
     raise RecordingError(f"expected a recording, but there is no {path}; check the path")
+
+
+def _open_bag(path: Path, *, trajectory: Path | None, up: str | None, options: BagOptions) -> Recording:
+    # The readers of bags take a tenth of a second to load, which an image folder need not wait for.
+    from stairmap.recordings.bag import BagRecording  # noqa: PLC0415
+    from stairmap.recordings.bag_file import METADATA, is_bag  # noqa: PLC0415
+
+    if not is_bag(path):
+        raise RecordingError(_describe_folder(path) if path.is_dir() else _describe_file(path))
+    if trajectory is not None and (options.pose_topic or options.map_frame):
+        raise RecordingError("--trajectory gives all poses; leave --pose-topic and --map-frame out")
+    folder = path.parent if path.name == METADATA else path
+    return BagRecording(folder, trajectory=trajectory, up=up, options=options)
 
 
 def _describe_file(path: Path) -> str:
@@ -69,9 +90,6 @@ def _describe_file(path: Path) -> str:
 
 def _describe_folder(path: Path) -> str:
     contents = sorted(path.iterdir())
-    bag = next((file for file in contents if file.suffix in {".db3", ".mcap", ".bag"}), None)
-    if bag is not None:
-        return _describe_file(bag)
     inner = next((folder for folder in contents if (folder / DEPTH_LIST).exists()), None)
     if inner is not None:
         return f"{path} has no {DEPTH_LIST}, but its folder {inner.name} has; pass {inner}"

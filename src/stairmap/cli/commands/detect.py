@@ -8,12 +8,17 @@ import typer
 
 from stairmap.cli.options import (
     OUTPUT,
+    CameraInfoTopicOption,
+    CameraOption,
     ConfigOption,
     DebugOption,
+    DepthTopicOption,
     JsonOption,
+    MapFrameOption,
     Method,
     MethodOption,
     OutputOption,
+    PoseTopicOption,
     RecordingArgument,
     SetOption,
     TrajectoryOption,
@@ -21,6 +26,7 @@ from stairmap.cli.options import (
     method_request,
 )
 from stairmap.cli.requests import DetectRequest
+from stairmap.recordings.bag_options import BagOptions
 
 
 def detect(
@@ -28,6 +34,11 @@ def detect(
     recording: RecordingArgument,
     trajectory: TrajectoryOption = None,
     up: UpOption = None,
+    depth_topic: DepthTopicOption = None,
+    camera_info_topic: CameraInfoTopicOption = None,
+    camera: CameraOption = None,
+    pose_topic: PoseTopicOption = None,
+    map_frame: MapFrameOption = None,
     method: MethodOption = Method.stairmap,
     config: ConfigOption = None,
     overrides: SetOption = None,
@@ -49,7 +60,21 @@ def detect(
     from stairmap.cli.detect import detect_recording  # noqa: PLC0415
 
     request = DetectRequest(
-        input=method_request(recording, trajectory, up, method=method, config=config, overrides=overrides),
+        input=method_request(
+            recording,
+            trajectory,
+            up,
+            method=method,
+            config=config,
+            overrides=overrides,
+            bag=BagOptions(
+                depth_topic=depth_topic,
+                camera_info_topic=camera_info_topic,
+                camera_file=camera,
+                pose_topic=pose_topic,
+                map_frame=map_frame,
+            ),
+        ),
         output=output,
         with_overlays=not no_overlays,
         as_json=as_json,

@@ -9,11 +9,16 @@ import typer
 
 from stairmap.cli.options import (
     OUTPUT,
+    CameraInfoTopicOption,
+    CameraOption,
     ConfigOption,
     DebugOption,
+    DepthTopicOption,
     JsonOption,
+    MapFrameOption,
     Method,
     MethodOption,
+    PoseTopicOption,
     RecordingArgument,
     SetOption,
     TrajectoryOption,
@@ -21,6 +26,7 @@ from stairmap.cli.options import (
     method_request,
 )
 from stairmap.cli.requests import InspectRequest
+from stairmap.recordings.bag_options import BagOptions
 
 
 def inspect(
@@ -28,6 +34,11 @@ def inspect(
     recording: RecordingArgument,
     trajectory: TrajectoryOption = None,
     up: UpOption = None,
+    depth_topic: DepthTopicOption = None,
+    camera_info_topic: CameraInfoTopicOption = None,
+    camera: CameraOption = None,
+    pose_topic: PoseTopicOption = None,
+    map_frame: MapFrameOption = None,
     frame: Annotated[
         int | None,
         typer.Option(
@@ -67,7 +78,21 @@ def inspect(
     if output is not None and frame is None:
         raise typer.BadParameter("--output draws one frame; say which with --frame N")
     request = InspectRequest(
-        input=method_request(recording, trajectory, up, method=method, config=config, overrides=overrides),
+        input=method_request(
+            recording,
+            trajectory,
+            up,
+            method=method,
+            config=config,
+            overrides=overrides,
+            bag=BagOptions(
+                depth_topic=depth_topic,
+                camera_info_topic=camera_info_topic,
+                camera_file=camera,
+                pose_topic=pose_topic,
+                map_frame=map_frame,
+            ),
+        ),
         frame_number=frame,
         output=output,
         as_json=as_json,

@@ -8,12 +8,17 @@ import typer
 
 from stairmap.cli.options import (
     OUTPUT,
+    CameraInfoTopicOption,
+    CameraOption,
     ConfigOption,
     DebugOption,
+    DepthTopicOption,
     JsonOption,
+    MapFrameOption,
     Method,
     MethodOption,
     OutputOption,
+    PoseTopicOption,
     RecordingArgument,
     SetOption,
     TrajectoryOption,
@@ -21,6 +26,7 @@ from stairmap.cli.options import (
     method_request,
 )
 from stairmap.cli.requests import RunRequest
+from stairmap.recordings.bag_options import BagOptions
 
 
 def run(
@@ -28,6 +34,11 @@ def run(
     recording: RecordingArgument,
     trajectory: TrajectoryOption = None,
     up: UpOption = None,
+    depth_topic: DepthTopicOption = None,
+    camera_info_topic: CameraInfoTopicOption = None,
+    camera: CameraOption = None,
+    pose_topic: PoseTopicOption = None,
+    map_frame: MapFrameOption = None,
     method: MethodOption = Method.stairmap,
     config: ConfigOption = None,
     overrides: SetOption = None,
@@ -61,7 +72,21 @@ def run(
     from stairmap.cli.run import run_recording  # noqa: PLC0415
 
     request = RunRequest(
-        input=method_request(recording, trajectory, up, method=method, config=config, overrides=overrides),
+        input=method_request(
+            recording,
+            trajectory,
+            up,
+            method=method,
+            config=config,
+            overrides=overrides,
+            bag=BagOptions(
+                depth_topic=depth_topic,
+                camera_info_topic=camera_info_topic,
+                camera_file=camera,
+                pose_topic=pose_topic,
+                map_frame=map_frame,
+            ),
+        ),
         output=output,
         with_report=not no_report,
         as_json=as_json,

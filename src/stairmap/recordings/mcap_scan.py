@@ -1,0 +1,125 @@
+"""MCAP files from front to back, for those without a summary or cut off (mcap.dev/spec, version 0)."""
+
+from __future__ import annotations
+
+import struct
+import sys
+from collections.abc import Callable, Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+from lz4.frame import decompress as decompress_lz4
+
+from stairmap.recordings.bag_stream import BagMessage, BagTopic, plain_type
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+"""First bytes of a file."""
+
+_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+_DECOMPRESS: dict[str, Callable[[bytes], bytes]] = {
+    "": bytes,
+    "lz4": decompress_lz4,
+    "zstd": zstd.decompress,
+}
+
+
+class _Contents:
+    """Schemas and channels, as far as they were named by now."""
+
+    def __init__(self) -> None:
+        self.schemas: dict[int, tuple[str, str, str]] = {}
+        self.topics: dict[int, BagTopic] = {}
+
+    def add_schema(self, record: bytes) -> None:
+        stream = BytesIO(record)
+        (schema_id,) = struct.unpack("<H", stream.read(2))
+        self.schemas[schema_id] = (
+            _text(stream),
+            _text(stream),
+            stream.read(_number(stream, 4)).decode(errors="replace"),
+        )
+
+    def add_channel(self, record: bytes) -> None:
+        stream = BytesIO(record)
+        channel_id, schema_id = struct.unpack("<HH", stream.read(4))
+        name, encoding, definition = self.schemas.get(schema_id, ("", "", ""))
+        self.topics[channel_id] = BagTopic(
+            name=_text(stream),
+            type=plain_type(name),
+            encoding=_text(stream),
+            definition=definition if encoding in {"ros2msg", "ros1msg"} else "",
+        )
+
+
+def scan_mcap(path: Path, losses: list[str]) -> Iterator[BagMessage]:
+    """Read all messages that are there; a chunk that is cut off or corrupt is left out.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be opened.
+    """
+    contents = _Contents()
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        file.seek(len(MCAP_MAGIC))
+        while file.tell() < size:
+            start = file.read(9)
+            kind, length = start[0], int.from_bytes(start[1:], "little")
+            if kind in {_DATA_END, _FOOTER}:
+                return
+            if len(start) < 9 or file.tell() + length > size:
+                losses.append("is cut off at its end")
+                if kind == _CHUNK:
+                    yield from _read_chunk(file.read(), contents, losses)
+                return
+            record = file.read(length)
+            if kind == _CHUNK:
+                yield from _read_chunk(record, contents, losses)
+            else:
+                yield from _read_record(kind, record, contents)
+    losses.append("is cut off at its end")
+
+
+def _read_chunk(record: bytes, contents: _Contents, losses: list[str]) -> Iterator[BagMessage]:
+    stream = BytesIO(record)
+    try:
+        stream.seek(28)
+        compression = _text(stream)
+        size = _number(stream, 8)
+        chunk = BytesIO(_DECOMPRESS[compression](stream.read(size)))
+    except Exception:  # each decompressor has errors of its own
+        if "is cut off at its end" not in losses:
+            losses.append("has a chunk that is corrupt")
+        return
+    while len(start := chunk.read(9)) == 9:
+        length = int.from_bytes(start[1:], "little")
+        inner = chunk.read(length)
+        if len(inner) < length:
+            return
+        yield from _read_record(start[0], inner, contents)
+
+
+def _read_record(kind: int, record: bytes, contents: _Contents) -> Iterator[BagMessage]:
+    if kind == _SCHEMA:
+        contents.add_schema(record)
+    elif kind == _CHANNEL:
+        contents.add_channel(record)
+    elif kind == _MESSAGE:
+        channel_id, _, recorded_ns = struct.unpack_from("<HIQ", record)
+        if channel_id in contents.topics:
+            yield BagMessage(topic=contents.topics[channel_id], recorded_ns=recorded_ns, data=record[22:])
+
+
+def _number(stream: BinaryIO, num_bytes: int) -> int:
+    return int.from_bytes(stream.read(num_bytes), "little")
+
+
+def _text(stream: BinaryIO) -> str:
+    return stream.read(_number(stream, 4)).decode()
