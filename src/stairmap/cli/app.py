@@ -17,6 +17,7 @@ from stairmap.cli.commands.inspect import inspect
 from stairmap.cli.commands.plan import plan
 from stairmap.cli.commands.run import run
 from stairmap.cli.commands.simulate import simulate
+from stairmap.cli.commands.view import view
 from stairmap.cli.exits import CommandGroup
 
 app = typer.Typer(
@@ -36,7 +37,7 @@ Examples:
 """,
     epilog="Exit code: 0 ran (also without a stairway), 1 error, 2 wrong usage, 130 or 143 interrupted.",
 )
-for command in (run, detect, inspect, check, export, plan, demo, simulate, evaluate, config):
+for command in (run, detect, view, inspect, check, export, plan, demo, simulate, evaluate, config):
     app.command()(command)
 
 

@@ -27,6 +27,9 @@ SURFACE_COLOR: Color = (196, 206, 214)
 TRAJECTORY_COLOR: Color = (0, 114, 178)
 ASCENT_COLOR: Color = (0, 158, 115)
 
+LABEL_ROOM = np.array([0.0, 0.0, 0.9])
+"""What the arrow and label of a stairway take up above it, m."""
+
 _LOW_COLOR = np.array([38.0, 70.0, 112.0])
 _HIGH_COLOR = np.array([172.0, 190.0, 200.0])
 
@@ -103,7 +106,8 @@ def find_viewpoint(stairways: Sequence[Stairway], positions: Points) -> Viewpoin
         (N, 3) way of the camera, map, m.
     """
     if stairways:
-        corners = np.concatenate([stairway.surface()[0] for stairway in stairways])
+        surface = np.concatenate([stairway.surface()[0] for stairway in stairways])
+        corners = np.concatenate([surface, surface + LABEL_ROOM])
         forward = stairways[0].flights[0].forward
     elif len(positions):
         corners, forward = positions, np.array([1.0, 0.0, 0.0])
