@@ -47,7 +47,7 @@ def read_ply(content: bytes) -> dict[str, list[tuple[object, ...]]]:
     return result
 
 
-def test_ply_holds_the_surface_and_the_nosings(stairway: Stairway) -> None:
+def test_ply_holds_the_surface_and_orange_nosings(stairway: Stairway) -> None:
     ply = read_ply(ply_from_stairways([stairway, stairway]))
     vertices, triangles = stairway.surface()
     positions = np.array([row[:3] for row in ply["vertex"]], dtype=float)
@@ -55,13 +55,22 @@ def test_ply_holds_the_surface_and_the_nosings(stairway: Stairway) -> None:
     faces = np.array([row[0] for row in ply["face"]])
     np.testing.assert_array_equal(faces[: len(triangles)], triangles)
     np.testing.assert_array_equal(positions[faces[len(triangles) :]], vertices[triangles])
-    ends = np.array([row[:2] for row in ply["edge"]])
+    ends = np.array([row[:3] for row in ply["vertex"] if row[3:] == (213, 94, 0)], dtype=float)
     nosings = stairway.edges()
-    np.testing.assert_array_equal(positions[ends], np.concatenate([nosings, nosings]))
+    np.testing.assert_allclose(ends.reshape(-1, 2, 3), np.concatenate([nosings, nosings]), atol=1e-9)
+
+
+def test_other_programs_read_the_ply(tmp_path: Path, stairway: Stairway) -> None:
+    trimesh = pytest.importorskip("trimesh", reason="reads the PLY in this test")
+    dump_ply([stairway], tmp_path / "stairs.ply")
+    mesh = trimesh.load(tmp_path / "stairs.ply", process=False)
+    vertices, triangles = stairway.surface()
+    np.testing.assert_allclose(mesh.vertices, vertices, atol=1e-9)
+    np.testing.assert_array_equal(mesh.faces, triangles)
 
 
 def test_without_a_stairway_the_ply_is_empty_but_valid() -> None:
-    assert read_ply(ply_from_stairways([])) == {"vertex": [], "face": [], "edge": []}
+    assert read_ply(ply_from_stairways([])) == {"vertex": [], "face": []}
 
 
 def test_a_ply_that_cannot_be_written_is_an_output_error(tmp_path: Path, stairway: Stairway) -> None:

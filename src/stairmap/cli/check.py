@@ -66,7 +66,7 @@ def _format_text(assessments: list[Assessment], code_checks: list[CodeCheck]) ->
         rows = [row for check in code_checks for row in code_cells(check)]
         parts.append(format_columns(CODE_COLUMNS, rows, left_aligned=CODE_COLUMNS))
     parts.append(
-        "± is one standard deviation; passable and impassable are said from a probability of 97.5 % on"
+        "± is one standard deviation; passable and impassable are said from a probability of 97.7 % on"
     )
     return "\n\n".join(parts)
 

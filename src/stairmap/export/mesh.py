@@ -1,4 +1,8 @@
-"""The clean stair surface as a PLY mesh, to look at or to repair a map with."""
+"""The clean stair surface as PLY and OBJ meshes, to look at or to repair a map with.
+
+The PLY file has vertices and faces alone. PLY knows edges, too, but of common readers meshio refuses a
+file that holds them and trimesh fails on coloured ones; so the colour of vertices tells the nosings.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stairmap.arrays import Mask, Points
 from stairmap.errors import OutputError
 from stairmap.stairway import Stairway
 
@@ -15,12 +20,11 @@ _NOSING_COLOR = (213, 94, 0)
 
 _VERTEX = np.dtype([("position", "<f8", 3), ("color", "u1", 3)])
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
-_EDGE = np.dtype([("ends", "<i4", 2), ("color", "u1", 3)])
 
 _HEADER = """\
 ply
 format binary_little_endian 1.0
-comment stairways, metres, map coordinates, z up; edges are the nosings
+comment stairways, metres, map coordinates, z up; orange vertices are the nosings
 element vertex {num_vertices}
 property double x
 property double y
@@ -30,55 +34,48 @@ property uchar green
 property uchar blue
 element face {num_faces}
 property list uchar int vertex_indices
-element edge {num_edges}
-property int vertex1
-property int vertex2
-property uchar red
-property uchar green
-property uchar blue
 end_header
 """
 
 
 def ply_from_stairways(stairways: Sequence[Stairway]) -> bytes:
-    """Return a binary little-endian PLY file of the surfaces and nosings of stairways.
+    """Return a binary little-endian PLY file of the surfaces of stairways, with coloured nosings.
 
-    Positions are doubles, because maps in UTM coordinates lose centimetres as floats. Vertices
-    of surfaces come first, then two for each nosing. Without a stairway all elements are empty.
+    Positions are doubles, because maps in UTM coordinates lose centimetres as floats. The orange
+    vertices are the ends of the nosings, lowest first, left end first. Without a stairway all
+    elements are empty.
 
     Parameters
     ----------
     stairways
         What to write, in map coordinates, m.
     """
-    surface_vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
+    vertex_parts, faces = [np.zeros(0, dtype=_VERTEX)], [np.empty((0, 3), dtype=np.int64)]
     count = 0
     for stairway in stairways:
         vertices, triangles = stairway.surface()
-        surface_vertices.append(vertices)
+        part = np.zeros(len(vertices), dtype=_VERTEX)
+        part["position"] = vertices
+        part["color"] = np.where(_are_nosings(stairway, vertices)[:, None], _NOSING_COLOR, _SURFACE_COLOR)
+        vertex_parts.append(part)
         faces.append(triangles + count)
         count += len(vertices)
-    nosings = np.concatenate([np.empty((0, 2, 3)), *(stairway.edges() for stairway in stairways)])
-
-    vertex_table = np.zeros(count + 2 * len(nosings), dtype=_VERTEX)
-    vertex_table["position"] = np.concatenate([*surface_vertices, nosings.reshape(-1, 3)])
-    vertex_table["color"][:count] = _SURFACE_COLOR
-    vertex_table["color"][count:] = _NOSING_COLOR
+    vertex_table = np.concatenate(vertex_parts)
     face_table = np.zeros(sum(len(part) for part in faces), dtype=_FACE)
     face_table["count"] = 3
     face_table["corners"] = np.concatenate(faces)
-    edge_table = np.zeros(len(nosings), dtype=_EDGE)
-    edge_table["ends"] = count + np.arange(2 * len(nosings)).reshape(-1, 2)
-    edge_table["color"] = _NOSING_COLOR
+    header = _HEADER.format(num_vertices=len(vertex_table), num_faces=len(face_table))
+    return header.encode("ascii") + vertex_table.tobytes() + face_table.tobytes()
 
-    header = _HEADER.format(
-        num_vertices=len(vertex_table), num_faces=len(face_table), num_edges=len(edge_table)
-    )
-    return b"".join([header.encode("ascii"), *(t.tobytes() for t in (vertex_table, face_table, edge_table))])
+
+def _are_nosings(stairway: Stairway, vertices: Points) -> Mask:
+    """Tell which (N, 3) vertices of a stairway's surface are ends of nosings."""
+    ends = stairway.edges().reshape(-1, 3)
+    return np.asarray((np.abs(vertices[:, None] - ends) < 1e-9).all(axis=2).any(axis=1))
 
 
 def dump_ply(stairways: Sequence[Stairway], path: Path) -> None:
-    """Write the surfaces and nosings of stairways to a PLY file; see ``ply_from_stairways``.
+    """Write the surfaces of stairways to a PLY file; see ``ply_from_stairways``.
 
     Raises
     ------

@@ -115,7 +115,7 @@ class RunFolder:
         return path
 
     def write_mesh(self, stairways: Sequence[Stairway]) -> Path:
-        """Write ``stairways.ply``: the clean surface of all stairways, with nosings as edges."""
+        """Write ``stairways.ply``: the clean surface of all stairways, with orange nosings."""
         return self.write_bytes("stairways.ply", ply_from_stairways(stairways))
 
     def write_summary(self, text: str) -> Path:
