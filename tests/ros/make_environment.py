@@ -8,6 +8,7 @@ Run it with any Python 3.10 or newer; it needs nothing but the standard library.
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
 import shutil
@@ -57,7 +58,6 @@ INTERFACES = (
     ROOT / "tests/ros/interfaces/vision_msgs",
     ROOT / "ros/stairmap_msgs",
 )
-BUILD_INPUTS = (Path(__file__), *INTERFACES, ROOT / "pyproject.toml")
 NODE = ROOT / "ros/stairmap_ros"
 
 
@@ -67,38 +67,57 @@ class CannotMakeError(Exception):
 
 def main() -> int:
     """Make what is missing; return 0 also when that cannot be done, for the tests say so."""
-    wanted = f"{digest(BUILD_INPUTS)} {digest((NODE,))}"
-    made = STAMP.read_text(encoding="utf-8") if STAMP.exists() else ""
+    wanted = wanted_parts()
+    made = json.loads(STAMP.read_text(encoding="utf-8")) if STAMP.exists() else {}
     if made == wanted:
         return 0
     UNAVAILABLE.unlink(missing_ok=True)
-    STAMP.unlink(missing_ok=True)
     try:
-        if made.split(" ")[0] != wanted.split(" ", maxsplit=1)[0]:
+        if made.get("wheels") != wanted["wheels"]:
             shutil.rmtree(ENVIRONMENT, ignore_errors=True)
-            make_environment()
-        install_node()
+            made = {}
+            install_wheels()
+            note(made, "wheels", wanted)
+        if made.get("stairmap") != wanted["stairmap"]:
+            pip_install("--editable", str(ROOT))
+            note(made, "stairmap", wanted)
+        for folder in INTERFACES:
+            if made.get(folder.name) != wanted[folder.name]:
+                build_interfaces(folder)
+                note(made, folder.name, wanted)
+        if made.get("node") != wanted["node"]:
+            install_node()
+            note(made, "node", wanted)
     except CannotMakeError as error:
         ENVIRONMENT.mkdir(exist_ok=True)
         UNAVAILABLE.write_text(f"{error}\n", encoding="utf-8")
         print(f"no tests of the ROS 2 node: {error}")
-        return 0
-    STAMP.write_text(wanted, encoding="utf-8")
     return 0
 
 
-def make_environment() -> None:
-    """Install the wheels and build the messages."""
+def wanted_parts() -> dict[str, str]:
+    """Return a sum for each part of the environment: what has the same sum need not be made again."""
+    wheels = hashlib.sha256(" ".join((DISTRIBUTION, *WHEELS, *OTHER_PACKAGES)).encode()).hexdigest()
+    interfaces = {folder.name: digest(folder) for folder in INTERFACES}
+    return {"wheels": wheels, "stairmap": digest(ROOT / "pyproject.toml"), **interfaces, "node": digest(NODE)}
+
+
+def note(made: dict[str, str], part: str, wanted: dict[str, str]) -> None:
+    """Write down that a part is made."""
+    made[part] = wanted[part]
+    STAMP.write_text(json.dumps(made), encoding="utf-8")
+
+
+def install_wheels() -> None:
+    """Make the virtual environment with ROS 2 in it."""
     python = find_python()
     for tool in ("c++", "cmake"):
         if shutil.which(tool) is None:
             raise CannotMakeError(f"no {tool}; on Debian: apt install g++ cmake python3-dev")
     print(f"making {ENVIRONMENT.name}: ROS 2 from wheels, about a minute", flush=True)
     run([python, "-m", "venv", str(ENVIRONMENT)])
-    pip_install(*(f"ros-{DISTRIBUTION}-{name}" for name in WHEELS), *OTHER_PACKAGES, "--editable", str(ROOT))
+    pip_install(*(f"ros-{DISTRIBUTION}-{name}" for name in WHEELS), *OTHER_PACKAGES)
     replace_build_paths()
-    for folder in INTERFACES:
-        build_interfaces(folder)
 
 
 def find_python() -> str:
@@ -189,14 +208,14 @@ def clean_env() -> dict[str, str]:
     return environment
 
 
-def digest(paths: tuple[Path, ...]) -> str:
-    """Return a sum of all files in some files and folders."""
+def digest(path: Path) -> str:
+    """Return a sum of a file, or of all files in a folder."""
     total = hashlib.sha256()
-    for path in paths:
-        files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
-        for file in files:
-            if "__pycache__" not in file.parts and not any(part.endswith(".egg-info") for part in file.parts):
-                total.update(str(file.relative_to(ROOT)).encode() + file.read_bytes())
+    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+    for file in files:
+        parts = file.relative_to(ROOT).parts
+        if not any(part == "__pycache__" or part.endswith(".egg-info") for part in parts):
+            total.update("/".join(parts).encode() + file.read_bytes())
     return total.hexdigest()
 
 

@@ -1,11 +1,12 @@
 """Starts the node: ``ros2 launch stairmap_ros stairmap.launch.py image:=/camera/depth/image_rect_raw``."""
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchDescription
 
 
 def generate_launch_description():

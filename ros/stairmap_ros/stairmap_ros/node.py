@@ -68,7 +68,7 @@ class StairmapNode(Node):
         self.create_timer(1.0, self._report)
         self.create_timer(self._own.map_save_period, self.save)
         with self._map_lock:
-            self._results.publish(self._map.stairways(), self.get_clock().now().nanoseconds)
+            self._results.publish(self._map.stairways(), stamp_ns=0)
 
     def close(self) -> None:
         """Stop the worker and write the map."""

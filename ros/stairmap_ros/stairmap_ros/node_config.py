@@ -49,7 +49,7 @@ class NodeConfig(BaseModel):
 def parameters_yaml() -> str:
     """Return config/stairmap.yaml: every parameter with its default, explained."""
     lines = [
-        "# Parameters of the stairmap node with their defaults, made by `make docs`. Copy it, change the copy:",
+        "# Parameters of the stairmap node with their defaults, made by `make docs`; copy, then change it:",
         "# ros2 launch stairmap_ros stairmap.launch.py params_file:=/path/to/my.yaml",
         "/**:",
         "  ros__parameters:",
