@@ -59,6 +59,15 @@ def test_export_writes_every_format_and_prints_the_paths(run_folder, tmp_path):
     assert outcome.stdout.splitlines()[0] == str(tmp_path / "out" / "route_graph.geojson")
 
 
+def test_a_format_that_cannot_be_written_does_not_stop_the_others(run_folder, tmp_path):
+    formats = ("-f", "nav2-graph", "-f", "keepout", "-f", "obj", "--robot", "wheeled")
+    outcome = stairmap("export", run_folder, *formats, "-o", tmp_path / "out")
+    assert outcome.code == 1
+    assert "nav2_route refuses a graph without edges" in outcome.stderr
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert "stairways.obj" in names and "keepout_floor_0.pgm" in names
+
+
 def test_export_goes_into_the_run_folder_by_default(tower):
     folder, _ = tower
     stairmap("export", folder / "stairways.json", "-f", "obj")

@@ -8,7 +8,7 @@ import typer
 
 from stairmap.cli.requests import ExportRequest
 from stairmap.cli.run_results import Building, load_building
-from stairmap.errors import ConfigError, OutputError
+from stairmap.errors import ConfigError, OutputError, StairmapError
 from stairmap.export.geojson import EarthAnchor, osm_from_stairways
 from stairmap.export.ifc import dump_ifc
 from stairmap.export.loading import ResultsError, load_stairways
@@ -20,6 +20,8 @@ from stairmap.navigation.robot_profile import RobotProfile, load_robot
 
 def export_stairways(request: ExportRequest) -> int:
     """Write the stairways of a run in each format that was asked for; return the exit code.
+
+    A format that cannot be written does not keep the others from being written.
 
     Raises
     ------
@@ -42,10 +44,28 @@ def export_stairways(request: ExportRequest) -> int:
         request.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"cannot write {request.output}: {error.strerror}") from error
-    for name in request.formats:
-        for path in _export(name, building, request.output, robot, anchor):
-            typer.echo(str(path))
+    errors = [
+        error
+        for name in request.formats
+        if (error := _try_export(name, building, request.output, robot, anchor)) is not None
+    ]
+    for error in errors[:-1]:
+        typer.echo(f"error: {error}", err=True)
+    if errors:
+        raise errors[-1]
     return 0
+
+
+def _try_export(
+    name: str, building: Building, folder: Path, robot: RobotProfile | None, anchor: EarthAnchor | None
+) -> StairmapError | None:
+    """Write one format and print its files; return what went wrong."""
+    try:
+        for path in _export(name, building, folder, robot, anchor):
+            typer.echo(str(path))
+    except StairmapError as error:
+        return error
+    return None
 
 
 def _export(

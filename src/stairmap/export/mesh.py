@@ -71,7 +71,8 @@ def ply_from_stairways(stairways: Sequence[Stairway]) -> bytes:
 def _are_nosings(stairway: Stairway, vertices: Points) -> Mask:
     """Tell which (N, 3) vertices of a stairway's surface are ends of nosings."""
     ends = stairway.edges().reshape(-1, 3)
-    return np.asarray((np.abs(vertices[:, None] - ends) < 1e-9).all(axis=2).any(axis=1))
+    is_end = np.all(np.abs(vertices[:, None] - ends) < 1e-9, axis=2)
+    return np.asarray(np.any(is_end, axis=1))
 
 
 def dump_ply(stairways: Sequence[Stairway], path: Path) -> None:

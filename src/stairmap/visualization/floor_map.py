@@ -120,7 +120,8 @@ def _draw_floor(
     by_id = {portal.stairway_id: portal for portal in portals}
     for stairway in stairways:
         if floor.level in floors.levels[stairway.id]:
-            _draw_stairs(axes, stairway, by_id[stairway.id], floors, floor.level)
+            here = [p for p in portals if floor.level in (p.lower_level, p.upper_level)]
+            _draw_stairs(axes, stairway, by_id[stairway.id], floors, floor.level, here)
     if route is not None:
         _draw_route(axes, route, floor.level)
     for number, candidate in enumerate(candidates[:_MAX_CANDIDATES], start=1):
@@ -161,7 +162,14 @@ def _draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
         axes.plot([], [], "s", color=gray, markeredgecolor=GREY, markersize=8, label=name)
 
 
-def _draw_stairs(axes: Axes, stairway: Stairway, portal: Portal, floors: FloorStack, level: int) -> None:
+def _draw_stairs(
+    axes: Axes,
+    stairway: Stairway,
+    portal: Portal,
+    floors: FloorStack,
+    level: int,
+    here: Sequence[Portal],
+) -> None:
     color = _VERDICT_COLORS[portal.verdict]
     for rectangle in stair_rectangles(stairway, floors, level):
         axes.fill(
@@ -201,8 +209,17 @@ def _draw_stairs(axes: Axes, stairway: Stairway, portal: Portal, floors: FloorSt
     is_lower = level == portal.lower_level
     flight = stairway.flights[0 if is_lower else -1]
     center = middle[:2].mean(axis=0)[:2] if is_lower else middle[-2:].mean(axis=0)[:2]
-    beside = center + flight.map_from_flight[:2, 1] * (flight.width / 2 + _LABEL_DISTANCE)
+    aside = flight.map_from_flight[:2, 1] * (flight.width / 2 + _LABEL_DISTANCE)
+    others = [other.way[:, :2] for other in here if other.stairway_id != portal.stairway_id]
+    beside = max((center + aside, center - aside), key=lambda place: _distance(place, others))
     draw_label(axes, beside, f"stairway {stairway.id}\nto floor {other}, {cost:.0f} s")
+
+
+def _distance(place: Points, ways: Sequence[Points]) -> float:
+    """Distance of a (2,) place from the nearest of the ways of other stairs, m; infinite without any."""
+    shares = np.linspace(0.0, 1.0, 20)[:, None, None]
+    points = [way[:-1] + shares * np.diff(way, axis=0) for way in ways]
+    return min((float(np.linalg.norm(place - part, axis=2).min()) for part in points), default=math.inf)
 
 
 def _draw_route(axes: Axes, route: Route, level: int) -> None:
