@@ -43,7 +43,7 @@ def detect_recording(request: DetectRequest) -> int:
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
         folder.log(f"stairmap {stairmap.__version__} detect {given.recording} --method {given.method}")
         reference = RecordingReference.from_arguments(
-            given.recording, trajectory=given.trajectory, up=given.up
+            given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag
         )
         folder.write_text(RECORDING_FILE, reference.to_json())
         folder.write_config(config)

@@ -46,6 +46,7 @@ class RunRequest:
     with_report: bool
     as_json: bool
     robots: tuple[str, ...] = ()
+    with_view: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

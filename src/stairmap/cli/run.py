@@ -14,6 +14,7 @@ from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import counted
 from stairmap.cli.requests import RunRequest
 from stairmap.cli.run_loop import RunLoop, RunOutcome
+from stairmap.cli.view import open_live_view
 from stairmap.config import load_config
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
@@ -39,19 +40,22 @@ def run_recording(request: RunRequest) -> int:
     recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
     level_map = find_level_map(recording, given.up, max_depth=config.detection.max_depth)
     loop = RunLoop(recording, level_map.trajectory, config=config, method=given.method)
+    view = open_live_view(recording.name, level_map.trajectory) if request.with_view else None
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
         folder.log(f"stairmap {stairmap.__version__} run {given.recording} --method {given.method}")
         reference = RecordingReference.from_arguments(
-            given.recording, trajectory=given.trajectory, up=given.up
+            given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag
         )
         folder.write_text(RECORDING_FILE, reference.to_json())
-        loop.process_frames(folder, interrupt)
+        loop.process_frames(folder, interrupt, view=view)
         if interrupt:
             typer.echo("interrupted: writing what there is so far; once more to stop at once", err=True)
         outcome = loop.outcome()
         assessments = [assess(stairway, robot) for stairway in outcome.stairways for robot in robots]
         problems = _describe_problems(recording.problems, level_map, interrupt, outcome)
         loop.write_results(folder, outcome, problems)
+        if view is not None:
+            loop.show_outcome(view, outcome)
         notes = list(problems)
         if request.with_report:
             missing = loop.write_report(folder, outcome, problems)

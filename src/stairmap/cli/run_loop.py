@@ -20,7 +20,9 @@ from stairmap.recordings.base import Recording
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 from stairmap.visualization.collecting import ReportCollector
+from stairmap.visualization.frame_view import frame_view_from_detection
 from stairmap.visualization.report import render_report, report_data
+from stairmap.visualization.run_replay import RunView
 
 FindReferences = Callable[[Sequence[Stairway]], Mapping[int, Mapping[str, float]]]
 """Gives the true measures of stairways by their id, where they are known."""
@@ -72,12 +74,25 @@ class RunLoop:
         self._collector = ReportCollector()
         self._num_without_pose = 0
         self._frames = numbered_frames(recording)
+        self._last_frame = (0, 0)
 
-    def process_frames(self, folder: RunFolder | None, interrupt: Interrupt) -> None:
-        """Look at frames until they end or an interrupt comes, and write ``detections.jsonl`` meanwhile."""
+    def process_frames(
+        self, folder: RunFolder | None, interrupt: Interrupt, *, view: RunView | None = None
+    ) -> None:
+        """Look at frames until they end or an interrupt comes.
+
+        Parameters
+        ----------
+        folder
+            Where to write ``detections.jsonl`` and ``history.jsonl`` meanwhile.
+        interrupt
+            Ends the loop when it becomes true.
+        view
+            Where to show the run meanwhile.
+        """
         num_stairways = 0
         with FrameProgress(self._recording.num_frames) as progress:
-            for _, frame in self._frames:
+            for number, frame in self._frames:
                 if interrupt:
                     return
                 if not self._trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
@@ -89,11 +104,16 @@ class RunLoop:
                 self._collector.add(frame, detection, map_from_camera)
                 if folder is not None:
                     folder.append_detection(detection)
+                if view is not None:
+                    view.show_frame(frame_view_from_detection(number, frame, map_from_camera, detection))
+                self._last_frame = (number, frame.stamp_ns)
                 if self._collector.convergence.is_due(self._collector.num_observations):
                     stairways = self._pipeline.stairways()
                     self._collector.convergence.add(stairways, self._collector.num_observations)
                     if folder is not None and stairways:
                         folder.append_json(HISTORY_FILE, history_values(frame.stamp_ns, stairways))
+                    if view is not None:
+                        view.show_stairways(stairways, number, frame.stamp_ns)
                     num_stairways = len(stairways)
                 progress.advance(counted(num_stairways, "stairway"))
 
@@ -110,6 +130,12 @@ class RunLoop:
             num_without_pose=self._num_without_pose,
             reasons=tuple(reasons),
         )
+
+    def show_outcome(self, view: RunView, outcome: RunOutcome) -> None:
+        """Show what came of the frames so far, after the last of them, and close the view."""
+        number, stamp_ns = self._last_frame
+        view.show_stairways(outcome.stairways, number, stamp_ns)
+        view.close()
 
     def _describe_unconfirmed(self) -> str:
         """Say why frames with stair edges made no stairway."""

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import time
+
 import typer
 
+from stairmap.cli.interrupts import noted_interrupts
 from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import ViewRequest
+from stairmap.trajectory import Trajectory
 from stairmap.visualization.foxglove_file import FoxgloveFile
 from stairmap.visualization.page import PageFile
 from stairmap.visualization.rerun_process import RerunProcess
@@ -42,11 +46,28 @@ def view_run(request: ViewRequest) -> int:
         if paths:
             typer.echo("\n".join(paths))
         if request.web_port is not None:
-            process.wait()
+            _serve_until_interrupted(process)
     except BaseException:
         process.stop()
         raise
     return 0
+
+
+def open_live_view(name: str, trajectory: Trajectory) -> RunView:
+    """Open a window of the rerun viewer for a run that is about to begin.
+
+    Raises
+    ------
+    StairmapError
+        If rerun or a display is missing.
+    """
+    import_rerun()
+    positions = trajectory.map_from_camera[:, :3, 3]
+    viewer = RerunViewer(
+        name, viewpoint=find_viewpoint((), positions), positions=positions, is_map=True, follows=True
+    )
+    viewer.connect(RerunProcess().port)
+    return viewer
 
 
 def open_viewer(replay: RunReplay) -> RerunViewer:
@@ -57,6 +78,13 @@ def open_viewer(replay: RunReplay) -> RerunViewer:
         positions=replay.positions,
         is_map=replay.trajectory is not None,
     )
+
+
+def _serve_until_interrupted(process: RerunProcess) -> None:
+    with noted_interrupts() as interrupt:
+        while process.is_running and not interrupt:
+            time.sleep(0.1)
+    process.stop()
 
 
 def _open_files(request: ViewRequest, replay: RunReplay) -> tuple[list[RunView], list[str]]:

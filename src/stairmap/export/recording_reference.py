@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from stairmap.errors import RecordingError
 from stairmap.export.loading import ResultsError
+from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.base import Recording
 from stairmap.recordings.open import open_recording
 
@@ -25,17 +26,30 @@ class RecordingReference:
     path
         Absolute path of the recording.
     options
-        Keyword arguments of ``open_recording`` that were given, as text; paths are absolute.
+        Keyword arguments of ``open_recording`` that were given, those of ``BagOptions`` among them, as
+        text; paths are absolute.
     """
 
     path: Path
     options: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def from_arguments(cls, path: Path, **options: Any) -> RecordingReference:
-        """Note what ``open_recording`` was called with; ``None`` is the default and left out."""
-        given = {name: value for name, value in options.items() if value is not None}
-        texts = {name: str(v.resolve() if isinstance(v, Path) else v) for name, v in given.items()}
+    def from_arguments(
+        cls,
+        path: Path,
+        *,
+        trajectory: Path | None = None,
+        up: str | None = None,
+        bag: BagOptions | None = None,
+    ) -> RecordingReference:
+        """Note what ``open_recording`` is called with; what is not given is left out."""
+        bag_options = {} if bag is None else {f.name: getattr(bag, f.name) for f in fields(bag)}
+        given = {"trajectory": trajectory, "up": up, **bag_options}
+        texts = {
+            name: str(value.resolve() if isinstance(value, Path) else value)
+            for name, value in given.items()
+            if value is not None
+        }
         return cls(path=path.resolve(), options=texts)
 
     def to_json(self) -> str:
@@ -43,7 +57,7 @@ class RecordingReference:
         return json.dumps({"path": str(self.path), "options": dict(self.options)}, indent=1) + "\n"
 
     def open(self) -> Recording:
-        """Open the recording as the run did.
+        """Open the recording as the run did; a trajectory file that is not there any more is left out.
 
         Raises
         ------
@@ -54,10 +68,18 @@ class RecordingReference:
             raise RecordingError(
                 f"the recording of this run is not at {self.path} any more; pass --recording PATH"
             )
-        options: dict[str, Any] = dict(self.options)
-        if "trajectory" in options:
-            options["trajectory"] = Path(options["trajectory"])
-        return open_recording(self.path, **options)
+        trajectory = Path(self.options["trajectory"]) if "trajectory" in self.options else None
+        bag_options: dict[str, Any] = {
+            f.name: self.options[f.name] for f in fields(BagOptions) if f.name in self.options
+        }
+        if "camera_file" in bag_options:
+            bag_options["camera_file"] = Path(bag_options["camera_file"])
+        return open_recording(
+            self.path,
+            trajectory=trajectory if trajectory is not None and trajectory.is_file() else None,
+            up=self.options.get("up"),
+            bag=BagOptions(**bag_options),
+        )
 
 
 def load_recording_reference(run: Path) -> RecordingReference | None:

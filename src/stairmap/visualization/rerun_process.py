@@ -11,7 +11,6 @@ import socket
 import subprocess
 import sys
 import time
-from types import TracebackType
 
 from stairmap.errors import StairmapError
 
@@ -65,29 +64,19 @@ class RerunProcess:
         for port in filter(None, (self.port, web_port)):
             self._wait_for(port)
 
-    def __enter__(self) -> RerunProcess:
-        return self
-
-    def __exit__(
-        self,
-        error_type: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.stop()
-
     @property
     def url(self) -> str:
         """What to open in a browser of this machine."""
         return f"http://{LOCAL}:{self.web_port}/?url=rerun%2Bhttp%3A%2F%2F{LOCAL}%3A{self.port}%2Fproxy"
 
-    def wait(self) -> None:
-        """Return when the viewer ends."""
-        self._process.wait()
+    @property
+    def is_running(self) -> bool:
+        """Whether the viewer has not ended yet."""
+        return self._process.poll() is None
 
     def stop(self) -> None:
         """End the viewer."""
-        if self._process.poll() is None:
+        if self.is_running:
             _end_session(self._process)
 
     def _wait_for(self, port: int) -> None:

@@ -18,16 +18,13 @@ from stairmap.errors import MissingPackageError, OutputError
 from stairmap.stairway import Stairway
 from stairmap.visualization.frame_view import FrameView
 from stairmap.visualization.rerun_blueprint import make_blueprint
+from stairmap.visualization.rerun_stairways import stairway_entities
 from stairmap.visualization.stairway_labels import (
-    ASCENT_COLOR,
     EDGE_COLOR,
     NOSING_COLOR,
-    SURFACE_COLOR,
     TRAJECTORY_COLOR,
     Viewpoint,
-    ascent_arrow,
-    flight_measures,
-    flight_title,
+    find_viewpoint,
     height_colors,
     measures_markdown,
     stairway_color,
@@ -78,6 +75,8 @@ class RerunViewer:
         (N, 3) way of the camera, map, m.
     is_map
         Whether frames share one map; without poses each frame's cloud stands alone.
+    follows
+        Whether to look at the first stairway when it is found, as in a run that goes on.
 
     Raises
     ------
@@ -85,10 +84,13 @@ class RerunViewer:
         If rerun is not installed.
     """
 
-    def __init__(self, name: str, *, viewpoint: Viewpoint, positions: Points, is_map: bool) -> None:
+    def __init__(
+        self, name: str, *, viewpoint: Viewpoint, positions: Points, is_map: bool, follows: bool = False
+    ) -> None:
         self._rr = import_rerun()
         self._stream = self._rr.RecordingStream("stairmap", recording_id=None, send_properties=True)
         self._name, self._viewpoint, self._positions, self._is_map = name, viewpoint, positions, is_map
+        self._follows = follows
         self._cloud = VoxelCloud(MAP_VOXEL, MAX_MAP_POINTS)
         self._camera: PinholeCamera | None = None
         self._shown_ids: set[int] = set()
@@ -106,14 +108,12 @@ class RerunViewer:
             path.write_bytes(b"")
         except OSError as error:
             raise OutputError(f"cannot write {path}: {error.strerror}") from error
-        self._stream.save(
-            path, default_blueprint=make_blueprint(self._rr, self._viewpoint, MEASURES, is_map=self._is_map)
-        )
+        self._stream.save(path, default_blueprint=self._blueprint())
         self._log_static()
 
     def connect(self, port: int) -> None:
         """Send everything from now on to the viewer that listens at this port of 127.0.0.1."""
-        blueprint = make_blueprint(self._rr, self._viewpoint, MEASURES, is_map=self._is_map)
+        blueprint = self._blueprint()
         self._stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=blueprint)
         self._stream.send_blueprint(blueprint)
         self._log_static()
@@ -142,54 +142,25 @@ class RerunViewer:
     def show_stairways(self, stairways: Sequence[Stairway], number: int, stamp_ns: int) -> None:
         """Log the stairways as they are known after this frame."""
         rr = self._rr
+        if stairways and not self._shown_ids and self._follows:
+            self._viewpoint = find_viewpoint(stairways, self._positions)
+            self._stream.send_blueprint(self._blueprint())
         self._set_time(number, stamp_ns)
         for gone in self._shown_ids - {stairway.id for stairway in stairways}:
             self._stream.log(f"map/stairways/{gone}", rr.Clear(recursive=True))
         self._shown_ids = {stairway.id for stairway in stairways}
+        # rerun's labels have the same size at any distance, so from afar they stand higher to hide no step.
+        lift = max(0.35, 0.09 * self._viewpoint.distance)
         for stairway in stairways:
-            path, color = f"map/stairways/{stairway.id}", stairway_color(stairway.id)
-            vertices, triangles = stairway.surface()
-            self._stream.log(
-                f"{path}/surface",
-                rr.Mesh3D(
-                    vertex_positions=vertices,
-                    triangle_indices=triangles,
-                    vertex_colors=np.tile(SURFACE_COLOR, (len(vertices), 1)),
-                ),
-            )
-            self._stream.log(f"{path}/nosings", rr.LineStrips3D(stairway.edges(), colors=color, radii=0.014))
-            for index in range(len(stairway.flights)):
-                self._show_flight(stairway, index)
+            for path, entity in stairway_entities(rr, stairway, label_lift=lift):
+                self._stream.log(f"map/stairways/{stairway.id}/{path}", entity)
             self._show_measures(stairway)
         self._stream.log(
             "summary", rr.TextDocument(measures_markdown(stairways), media_type=rr.MediaType.MARKDOWN)
         )
 
-    def _show_flight(self, stairway: Stairway, index: int) -> None:
-        rr, flight, color = self._rr, stairway.flights[index], stairway_color(stairway.id)
-        path, box = f"map/stairways/{stairway.id}/flight_{index + 1}", flight.box
-        self._stream.log(
-            f"{path}/box",
-            rr.Boxes3D(
-                centers=[box.center],
-                sizes=[[box.depth, box.width, box.height]],
-                rotation_axis_angles=[rr.RotationAxisAngle(axis=[0, 0, 1], radians=flight.heading)],
-                colors=color,
-                radii=0.004,
-                fill_mode=rr.components.FillMode.MajorWireframe,
-            ),
-        )
-        start, end = ascent_arrow(flight)
-        self._stream.log(
-            f"{path}/up",
-            rr.Arrows3D(origins=[start], vectors=[end - start], colors=ASCENT_COLOR, radii=0.015),
-        )
-        text = "\n".join([flight_title(stairway, index), *flight_measures(flight)])
-        place = end + np.array([0.0, 0.0, 0.35])
-        self._stream.log(
-            f"{path}/label",
-            rr.Points3D([place], radii=0.001, colors=color, labels=[text], show_labels=True),
-        )
+    def _blueprint(self) -> Any:
+        return make_blueprint(self._rr, self._viewpoint, MEASURES, is_map=self._is_map)
 
     def _show_measures(self, stairway: Stairway) -> None:
         flight = stairway.flights[0]

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from stairmap.arrays import Points
-from stairmap.errors import StairmapError
+from stairmap.errors import RecordingError, StairmapError
 from stairmap.export.history import StairwaysAtStamp, load_history
 from stairmap.export.loading import (
     ResultsError,
@@ -19,11 +19,10 @@ from stairmap.export.loading import (
     load_detections,
     load_stairways,
 )
-from stairmap.export.recording_reference import load_recording_reference
+from stairmap.export.recording_reference import RecordingReference, load_recording_reference
 from stairmap.export.results import DETECTIONS_FILE, STAIRWAYS_FILE
 from stairmap.frame import DepthFrame
 from stairmap.recordings.base import Recording
-from stairmap.recordings.open import open_recording
 from stairmap.recordings.tum_trajectory import load_tum_trajectory
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
@@ -223,9 +222,14 @@ def _check_run_folder(run: Path) -> Path:
 
 
 def _open_recording(folder: Path, recording: Path | None, notes: list[str]) -> Recording | None:
-    if recording is not None:
-        return open_recording(recording)
     reference = load_recording_reference(folder)
+    if recording is not None:
+        if not recording.exists():
+            raise RecordingError(
+                f"expected the run's recording, but there is no {recording}; check --recording"
+            )
+        options = {} if reference is None else reference.options
+        return RecordingReference(path=recording, options=options).open()
     if reference is None:
         notes.append(
             f"{folder} does not say where its recording is: shown without depth; pass --recording PATH"

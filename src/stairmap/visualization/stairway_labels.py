@@ -92,6 +92,11 @@ class Viewpoint:
     eye: Vector
     target: Vector
 
+    @property
+    def distance(self) -> float:
+        """Distance of the eye to what it looks at, m."""
+        return float(np.linalg.norm(self.eye - self.target))
+
 
 def find_viewpoint(stairways: Sequence[Stairway], positions: Points) -> Viewpoint:
     """Return a place to look from such that the stairways fill the picture, or the way without stairways.

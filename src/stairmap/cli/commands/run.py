@@ -56,6 +56,10 @@ def run(
     no_report: Annotated[
         bool, typer.Option("--no-report", help="Write no report.html.", rich_help_panel=OUTPUT)
     ] = False,
+    view: Annotated[
+        bool,
+        typer.Option("--view", help="Watch the run in the rerun viewer (a window).", rich_help_panel=OUTPUT),
+    ] = False,
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
@@ -91,5 +95,6 @@ def run(
         with_report=not no_report,
         as_json=as_json,
         robots=tuple(robots or ()),
+        with_view=view,
     )
     raise typer.Exit(run_recording(request))
