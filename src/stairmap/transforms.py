@@ -104,6 +104,12 @@ def rotation_from_vector(rotation_vector: ArrayLike) -> Float64Array:
     )
 
 
+def vector_from_rotation(rotation: ArrayLike) -> Vector:
+    """Return the (3,) rotation vector (axis times angle, rad, at most pi) of a (3, 3) matrix."""
+    vector: Vector = _rotation_vectors(np.asarray(rotation, dtype=np.float64)[None])[0]
+    return vector
+
+
 def rotation_between(source: Vector, destination: Vector) -> Float64Array:
     """Return the smallest rotation that takes one (3,) unit vector onto another.
 

@@ -1,0 +1,281 @@
+"""A recording without poses, with poses from the registration of its depth frames (``--odometry``)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from stairmap.arrays import Transform, Vector
+from stairmap.camera import PinholeCamera
+from stairmap.errors import RecordingError, TrajectoryError
+from stairmap.frame import DepthFrame
+from stairmap.recordings.base import Recording, RecordingProblems
+from stairmap.recordings.map_up import UP_AUTO, map_from_recorded_with_up, turned_trajectory
+from stairmap.recordings.registration import DepthOdometry, TrackedFrame, TrackState
+from stairmap.trajectory import Trajectory
+from stairmap.transforms import rotation_between, transform_from_parts
+
+MIN_FRAMES = 3
+"""Fewest frames of a piece of trajectory that is of any use."""
+
+DRIFT = 0.03
+"""Drift of a determined motion, m per m: measured, see docs/odometry.md."""
+
+UNDETERMINED_DRIFT = 0.25
+"""Drift of a motion that the view does not determine, m per m: measured, see docs/odometry.md."""
+
+HEADING_DRIFT = float(np.radians(0.6))
+"""Drift of the heading of a determined motion, rad per m: measured."""
+
+UNDETERMINED_HEADING_DRIFT = float(np.radians(2.5))
+"""Drift of the heading where the view does not determine the motion, rad per m: measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OdometryResult:
+    """The longest piece of trajectory that registration gave, and how good it is.
+
+    Attributes
+    ----------
+    trajectory
+        ``piece_from_camera``, in the optical coordinate frame of the piece's first camera.
+    num_frames
+        Frames that were looked at.
+    num_pieces
+        Pieces of trajectory; only the longest is used.
+    num_too_few_points, num_lost
+        Frames without a pose, by reason.
+    num_undetermined
+        Frames of the trajectory in which a direction of motion was not determined.
+    """
+
+    trajectory: Trajectory
+    num_frames: int
+    num_pieces: int
+    num_too_few_points: int
+    num_lost: int
+    num_undetermined: int
+
+    @property
+    def path_length(self) -> float:
+        """Way of the camera, m."""
+        places = self.trajectory.map_from_camera[:, :3, 3]
+        return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+
+    @property
+    def drift(self) -> float:
+        """How far the poses are expected to drift, m per m."""
+        return DRIFT + (UNDETERMINED_DRIFT - DRIFT) * self._undetermined_share
+
+    @property
+    def heading_drift(self) -> float:
+        """How far the heading is expected to drift, rad per m."""
+        return HEADING_DRIFT + (UNDETERMINED_HEADING_DRIFT - HEADING_DRIFT) * self._undetermined_share
+
+    @property
+    def _undetermined_share(self) -> float:
+        return self.num_undetermined / len(self.trajectory)
+
+    def to_lines(self) -> tuple[str, ...]:
+        """Return what a user should know."""
+        num_with = len(self.trajectory)
+        lines = [
+            f"poses come from the registration of depth: {num_with} of {self.num_frames} frames, "
+            f"{self.path_length:.1f} m; expect about {100 * self.drift:.0f} % and "
+            f"{np.degrees(self.heading_drift):.1f} deg/m of drift"
+        ]
+        reasons = {
+            "had too few points": self.num_too_few_points,
+            "could not be registered": self.num_lost,
+            f"belong to {self.num_pieces - 1} other pieces of the way, whose place is not known": (
+                self.num_frames - num_with - self.num_too_few_points - self.num_lost
+            ),
+        }
+        missing = [f"{number} {reason}" for reason, number in reasons.items() if number]
+        if missing:
+            lines.append(f"{self.num_frames - num_with} of {self.num_frames} frames have no pose: ")
+            lines[-1] += ", ".join(missing)
+        if 2 * self.num_undetermined > num_with:
+            lines.append(
+                f"in {self.num_undetermined} of {num_with} frames the view does not determine the camera's "
+                "motion (a floor alone, a corridor, steps without ends): places are uncertain; rise, run and width "
+                "come from single frames and are not"
+            )
+        return tuple(lines)
+
+
+class PieceCollector:
+    """Keeps the longest piece of what ``DepthOdometry`` gives, and counts the rest."""
+
+    def __init__(self) -> None:
+        self._counts: Counter[TrackState] = Counter()
+        self._longest: list[TrackedFrame] = []
+        self._current: list[TrackedFrame] = []
+
+    def add(self, tracked: TrackedFrame) -> None:
+        """Take in what came of one frame."""
+        self._counts[tracked.state] += 1
+        if tracked.piece_from_camera is None:
+            return
+        if tracked.state is TrackState.START:
+            self._current = []
+        self._current.append(tracked)
+        if len(self._current) > len(self._longest):
+            self._longest = self._current
+
+    def result(self) -> OdometryResult:
+        """Return the longest piece.
+
+        Raises
+        ------
+        TrajectoryError
+            If it has fewer than three frames; the message says why.
+        """
+        num_frames = sum(self._counts.values())
+        num_few, num_lost = self._counts[TrackState.TOO_FEW_POINTS], self._counts[TrackState.LOST]
+        if len(self._longest) < MIN_FRAMES:
+            raise TrajectoryError(
+                f"--odometry: expected at least {MIN_FRAMES} successive frames that fit together, but of "
+                f"{num_frames} frames {num_few} have too few points and {num_lost} do not fit the one "
+                "before; it takes 5 frames per second or more and walls or furniture in view; give poses with "
+                "--trajectory, or look at single frames with: stairmap detect"
+            )
+        return OdometryResult(
+            trajectory=Trajectory(
+                stamps_ns=np.array([frame.stamp_ns for frame in self._longest]),
+                map_from_camera=np.array([frame.piece_from_camera for frame in self._longest]),
+            ),
+            num_frames=num_frames,
+            num_pieces=self._counts[TrackState.START],
+            num_too_few_points=num_few,
+            num_lost=num_lost,
+            num_undetermined=sum(frame.state is TrackState.UNDETERMINED for frame in self._longest),
+        )
+
+
+class OdometryRecording:
+    """A recording whose poses come from the registration of its depth frames.
+
+    Making it reads all frames once; memory grows by a pose per frame only.
+
+    Parameters
+    ----------
+    recording
+        Opened without a trajectory and, if it has poses, with ``up`` as ``auto``: neither is used.
+    up
+        Which axis of the first camera's optical coordinate frame points up; ``None``: what the first frame
+        says (``up`` of camera.json), and if that says nothing, ``auto``.
+    on_frame
+        Called after each frame.
+
+    Attributes
+    ----------
+    odometry
+        How good the poses are.
+    up
+        What levels the map, for ``find_level_map``.
+
+    Raises
+    ------
+    MissingPackageError
+        Without the package small_gicp.
+    TrajectoryError
+        If fewer than three successive frames can be registered.
+    """
+
+    def __init__(
+        self, recording: Recording, *, up: str | None = None, on_frame: Callable[[], None] | None = None
+    ) -> None:
+        self._recording = recording
+        odometry, pieces = DepthOdometry(), PieceCollector()
+        ups: dict[int, Vector] = {}
+        for frame in recording:
+            tracked = odometry.track(frame)
+            pieces.add(tracked)
+            if frame.up is not None and tracked.state is TrackState.START:
+                ups[frame.stamp_ns] = frame.up
+            if on_frame is not None:
+                on_frame()
+        self.odometry = pieces.result()
+        first_up = ups.get(int(self.odometry.trajectory.stamps_ns[0]))
+        self._map_from_recorded = np.eye(4)
+        if up is not None:
+            self._map_from_recorded = map_from_recorded_with_up(up)
+        elif first_up is not None:
+            turn = rotation_between(first_up, np.array([0.0, 0.0, 1.0]))
+            self._map_from_recorded = transform_from_parts(turn, np.zeros(3))
+        self.up = UP_AUTO if up is None and first_up is None else up
+        self._trajectory = turned_trajectory(self._map_from_recorded, self.odometry.trajectory)
+
+    @property
+    def name(self) -> str:
+        """Name of the recording itself."""
+        return self._recording.name
+
+    @property
+    def camera(self) -> PinholeCamera:
+        """The camera of all frames."""
+        return self._recording.camera
+
+    @property
+    def num_frames(self) -> int:
+        """Number of frames that the recording declares."""
+        return self._recording.num_frames
+
+    @property
+    def time_range_ns(self) -> tuple[int, int]:
+        """Stamps of the first and last frame declared, in nanoseconds."""
+        return self._recording.time_range_ns
+
+    @property
+    def frame_id(self) -> str:
+        """Name of the map's coordinate frame."""
+        return "map"
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """``map_from_camera``, in the map with z up unless ``up`` is ``auto``."""
+        return self._trajectory
+
+    @property
+    def map_from_recorded(self) -> Transform:
+        """(4, 4) turn of the first camera's optical coordinate frame into the map."""
+        return self._map_from_recorded.copy()
+
+    @property
+    def problems(self) -> RecordingProblems:
+        """Those of the recording itself, and what is to be said about the poses."""
+        own = self._recording.problems
+        notes = tuple(note for note in own.notes if "have no pose" not in note)
+        return RecordingProblems(
+            skipped=own.skipped,
+            num_frames_without_pose=self.odometry.num_frames - len(self.odometry.trajectory),
+            notes=(*self.odometry.to_lines(), *notes),
+        )
+
+    def check_poses(self) -> Trajectory:
+        """Return the trajectory: there is none without poses."""
+        return self._trajectory
+
+    def __iter__(self) -> Iterator[DepthFrame]:
+        """Read the frames again; their ``up`` is that of their pose, or none for ``auto``."""
+        for frame in self._recording:
+            up = None
+            if self.up != UP_AUTO and self._trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
+                up = self._trajectory.pose_at(frame.stamp_ns)[2, :3]
+            yield DepthFrame(stamp_ns=frame.stamp_ns, depth=frame.depth, camera=frame.camera, up=up)
+
+
+def check_no_trajectory(is_given: bool) -> None:
+    """Refuse poses from a file beside poses from depth.
+
+    Raises
+    ------
+    RecordingError
+        If both are asked for.
+    """
+    if is_given:
+        raise RecordingError("expected --trajectory or --odometry, got both; leave one out")
