@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from small_recordings import write_recording
 from stairmap.camera import PinholeCamera
 from stairmap.frame import DepthFrame
+from stairmap.recordings.image_folder import ImageFolderRecording
 from stairmap.recordings.image_folder_writer import ImageFolderWriter
 
 CAMERA = PinholeCamera(width=32, height=24, fx=30.0, fy=31.0, cx=15.5, cy=11.25)
@@ -33,3 +35,9 @@ def make_recording(tmp_path: Path) -> Callable[..., Path]:
         return folder
 
     return make
+
+
+@pytest.fixture(scope="session")
+def walk(tmp_path_factory: pytest.TempPathFactory) -> ImageFolderRecording:
+    """Four small frames on the way to a staircase, 0.1 s apart, to be put into bags."""
+    return ImageFolderRecording(write_recording(tmp_path_factory.mktemp("images") / "walk", num_frames=4))

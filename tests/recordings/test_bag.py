@@ -18,14 +18,6 @@ from stairmap.recordings.open import open_recording
 NUM_FRAMES = 4
 
 
-@pytest.fixture(scope="module")
-def walk(tmp_path_factory: pytest.TempPathFactory) -> ImageFolderRecording:
-    """A few small frames on the way to a staircase, 0.1 s apart."""
-    return ImageFolderRecording(
-        write_recording(tmp_path_factory.mktemp("images") / "walk", num_frames=NUM_FRAMES)
-    )
-
-
 def make_bag(folder: Path, kind: str, walk: ImageFolderRecording, **options: Any) -> Path:
     ros = Ros(kind)
     return write_bag(folder, kind, ros, robot_messages(ros, walk, **options))

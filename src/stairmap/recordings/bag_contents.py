@@ -90,6 +90,7 @@ def read_bag_contents(bag: Bag, options: BagOptions, *, with_poses: bool) -> Bag
         bag,
         depth_topic=depth.topic,
         frame_id=depth.frame_id,
+        map_frame=options.map_frame,
         transform_topics=[topic.name for topic in transforms],
         pose_topics=[topic.name for topic in poses],
     )

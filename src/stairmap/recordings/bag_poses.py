@@ -10,7 +10,7 @@ import numpy as np
 from stairmap.arrays import Transform
 from stairmap.errors import TrajectoryError, TransformLookupError, TransformProblem
 from stairmap.recordings.bag_scan import PoseTopic, ScannedStretch
-from stairmap.recordings.transform_intake import guess_map_frame
+from stairmap.recordings.transform_intake import TransformIntake, guess_map_frame
 from stairmap.trajectory import MAX_GAP_NS, Trajectory
 
 LookUp = Callable[[int], Transform]
@@ -72,8 +72,7 @@ def find_bag_poses(
     frame = map_frame or guess_map_frame(intake)
     if map_frame is not None and map_frame.lstrip("/") not in intake.coordinate_frames:
         raise TrajectoryError(
-            f"--map-frame {map_frame}: there is no such coordinate frame; there are: "
-            f"{', '.join(intake.coordinate_frames) or 'none, for the bag has no transforms'}"
+            f"--map-frame {map_frame}: there is no such coordinate frame; {_describe_frames(intake)}"
         )
     if frame is not None:
         frame = frame.lstrip("/")
@@ -84,13 +83,16 @@ def find_bag_poses(
     best = named or candidates
     if len(best) == 1:
         return _from_pose_topic(stretch, best[0], None, notes)
-    return BagPoses(
-        trajectory=None,
-        frame_id="map",
-        source="none",
-        problem=_describe_missing(stretch, best),
-        notes=tuple(notes),
-    )
+    return _without_poses(_describe_missing(stretch, best), notes)
+
+
+def _without_poses(problem: str, notes: list[str]) -> BagPoses:
+    return BagPoses(trajectory=None, frame_id="map", source="none", problem=problem, notes=tuple(notes))
+
+
+def _describe_frames(intake: TransformIntake) -> str:
+    names = intake.coordinate_frames
+    return f"the coordinate frames are: {', '.join(names)}" if names else "the bag has no transforms"
 
 
 def _guarded_lookup(stretch: ScannedStretch, frame: str) -> LookUp:
@@ -116,6 +118,12 @@ def _from_pose_topic(
     if not child:
         child = intake.static_root()
         notes.append(f"{topic} does not say whose poses it has; they are taken for those of {child}")
+    if child != intake.source and not {child, intake.source} <= {*intake.coordinate_frames}:
+        return _without_poses(
+            f"{topic} has poses of {child}, but no transform tells where on it the camera "
+            f"({intake.source or 'not named'}) is; {_describe_frames(intake)}",
+            notes,
+        )
     if poses.num_invalid:
         notes.append(
             f"{topic}: {poses.num_invalid} poses are not used: their quaternion is not of unit length"
@@ -171,10 +179,10 @@ def _describe_missing(stretch: ScannedStretch, candidates: list[str]) -> str:
         return "the depth images name no coordinate frame, so transforms do not tell where the camera was"
     if intake.source not in intake.coordinate_frames:
         return (
-            f"no transform names the depth images' coordinate frame {intake.source}; there are: "
-            f"{', '.join(intake.coordinate_frames)}"
+            f"no transform names the depth images' coordinate frame {intake.source}; "
+            f"{_describe_frames(intake)}"
         )
     return (
-        f"{intake.source} is fixed to {intake.ancestors()[-1]}, and nothing tells where that moves; the "
-        f"coordinate frames are: {', '.join(intake.coordinate_frames)}"
+        f"{intake.source} is fixed to {intake.ancestors()[-1]}, and nothing tells where that moves; "
+        f"{_describe_frames(intake)}"
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stairmap.arrays import IntArray
+from stairmap.arrays import IntArray, Transform
 from stairmap.errors import RecordingError
 from stairmap.recordings.bag_file import Bag
 from stairmap.recordings.bag_stream import BagMessage
@@ -18,6 +18,9 @@ from stairmap.recordings.pose_message import transform_from_pose_message, transf
 from stairmap.recordings.transform_buffer import plain_name
 from stairmap.recordings.transform_history import TransformHistory
 from stairmap.recordings.transform_intake import TransformIntake
+
+MAX_WAITING = 10_000
+"""So many poses at most wait for the next depth image."""
 
 MAX_STEP_BACK_NS = 1_000_000_000
 """A stamp that is earlier than the latest by more than this, nanoseconds, means that the clock was reset."""
@@ -66,6 +69,22 @@ class ScannedStretch:
         """(N,) increasing stamps of the depth images; those that do not increase are left out."""
         return np.array(self._stamps_ns, dtype=np.int64)
 
+    @property
+    def last_ns(self) -> int:
+        """Stamp of the latest depth image, in nanoseconds; 0 before the first."""
+        return self._stamps_ns[-1] if self._stamps_ns else 0
+
+    def add_pose(
+        self, topic: str, parent: str, child: str, stamp_ns: int, transform: Transform | None
+    ) -> None:
+        """Take a (4, 4) ``parent_from_child`` of a topic of poses; ``None`` is counted as invalid."""
+        poses = self.pose_topics.setdefault(topic, PoseTopic())
+        if transform is None:
+            poses.num_invalid += 1
+            return
+        poses.parent, poses.child = plain_name(parent), plain_name(child)
+        poses.history.add(stamp_ns, transform)
+
     def steps_back(self, stamp_ns: int) -> bool:
         """Tell whether a stamp is far before the latest one."""
         return bool(self._stamps_ns) and stamp_ns < self._stamps_ns[-1] - MAX_STEP_BACK_NS
@@ -102,6 +121,7 @@ def scan_bag(
     *,
     depth_topic: str,
     frame_id: str,
+    map_frame: str | None,
     transform_topics: Collection[str],
     pose_topics: Collection[str],
 ) -> BagScan:
@@ -113,6 +133,8 @@ def scan_bag(
         The bag.
     depth_topic, frame_id
         Topic of the images and their coordinate frame.
+    map_frame
+        Coordinate frame that the user wants as the map.
     transform_topics, pose_topics
         Topics of ``TFMessage``, and of odometry or stamped poses.
 
@@ -121,21 +143,27 @@ def scan_bag(
     RecordingError
         If no depth image has a stamp; as DamagedBagError if the bag cannot be read on.
     """
-    stretches = [ScannedStretch(TransformIntake(frame_id), 0)]
+    stretches = [ScannedStretch(TransformIntake(frame_id, also=map_frame), 0)]
+    waiting: list[BagMessage] = []
     depth_end_ns = end_ns = num_images = 0
     for message in bag.messages({depth_topic, *transform_topics, *pose_topics}):
         stretch = stretches[-1]
         end_ns = max(end_ns, message.recorded_ns)
         if message.topic.name != depth_topic:
-            _add_poses(bag, message, stretch)
+            waiting.append(message)
+            if len(waiting) > MAX_WAITING:
+                _add_poses(bag, waiting, stretch)
             continue
         depth_end_ns = max(depth_end_ns, message.recorded_ns)
         stamp_ns = _stamp_of(message)
         if stamp_ns is not None and stretch.steps_back(stamp_ns):
-            stretch = ScannedStretch(stretch.intake.with_static_only(), num_images)
-            stretches.append(stretch)
-        stretch.add_image(stamp_ns)
+            stretches.append(ScannedStretch(stretch.intake.with_static_only(), num_images))
+            _add_poses(bag, waiting, stretch, stretches[-1], stamp_ns)
+        else:
+            _add_poses(bag, waiting, stretch)
+        stretches[-1].add_image(stamp_ns)
         num_images += 1
+    _add_poses(bag, waiting, stretches[-1])
     longest = max(stretches, key=lambda stretch: stretch.num_images)
     if not len(longest.stamps_ns):
         raise RecordingError(f"topic {depth_topic}: no image has a header that can be read")
@@ -154,20 +182,32 @@ def _stamp_of(message: BagMessage) -> int | None:
         return None
 
 
-def _add_poses(bag: Bag, message: BagMessage, stretch: ScannedStretch) -> None:
-    try:
-        decoded = bag.decode(message)
-    except RecordingError:
-        return
-    if message.topic.type in TRANSFORMS:
-        is_static = message.topic.name.endswith("tf_static")
+def _add_poses(
+    bag: Bag,
+    waiting: list[BagMessage],
+    stretch: ScannedStretch,
+    next_stretch: ScannedStretch | None = None,
+    next_ns: int = 0,
+) -> None:
+    """Empty the list of messages into a stretch, or each into that of two whose image is nearer in time."""
+
+    def choose(stamp_ns: int) -> ScannedStretch:
+        if next_stretch is None or abs(stamp_ns - stretch.last_ns) < abs(stamp_ns - next_ns):
+            return stretch
+        return next_stretch
+
+    for message in waiting:
+        try:
+            decoded = bag.decode(message)
+        except RecordingError:
+            continue
+        name = message.topic.name
+        if message.topic.type not in TRANSFORMS:
+            parent, child, stamp_ns, transform = transform_from_pose_message(decoded)
+            choose(stamp_ns).add_pose(name, parent, child, stamp_ns, transform)
+            continue
         for parent, child, stamp_ns, transform in transforms_from_tf(decoded):
-            stretch.intake.take(parent, child, stamp_ns, transform, is_static=is_static)
-        return
-    poses = stretch.pose_topics.setdefault(message.topic.name, PoseTopic())
-    parent, child, stamp_ns, transform = transform_from_pose_message(decoded)
-    if transform is None:
-        poses.num_invalid += 1
-        return
-    poses.parent, poses.child = plain_name(parent), plain_name(child)
-    poses.history.add(stamp_ns, transform)
+            choose(stamp_ns).intake.take(
+                parent, child, stamp_ns, transform, is_static=name.endswith("tf_static")
+            )
+    waiting.clear()

@@ -22,16 +22,19 @@ class TransformIntake:
     ----------
     source
         The coordinate frame whose place is asked for.
+    also
+        Another one from which upwards everything is kept.
     """
 
-    def __init__(self, source: str) -> None:
+    def __init__(self, source: str, *, also: str | None = None) -> None:
         self.source = plain_name(source)
         self.buffer = TransformBuffer()
         self.num_invalid = 0
         self._parents: dict[str, str] = {}
         self._static: dict[str, tuple[str, Transform]] = {}
         self._frames: set[str] = set()
-        self._carriers = {self.source}
+        self._also = None if also is None else plain_name(also)
+        self._carriers = {name for name in (self.source, self._also) if name is not None}
         self._latest: dict[str, tuple[str, int, Transform]] = {}
 
     @property
@@ -76,7 +79,7 @@ class TransformIntake:
 
     def with_static_only(self) -> TransformIntake:
         """Return an intake that knows the static transforms and nothing else, as after a jump in time."""
-        other = TransformIntake(self.source)
+        other = TransformIntake(self.source, also=self._also)
         for child, (parent, transform) in self._static.items():
             other.take(parent, child, 0, transform, is_static=True)
         return other
