@@ -21,6 +21,7 @@ from stairmap.simulation.robots import ROBOTS
 from stairmap.simulation.scene import Route
 from stairmap.simulation.scenes import make_scene
 from stairmap.simulation.sensors import make_sensor
+from stairmap.simulation.triangle_mesh import TriangleMesh, joined, make_wall
 
 IMAGES = Path(__file__).parent / "images"
 
@@ -40,9 +41,35 @@ def institute_route() -> Route:
 
 
 def hospital_route() -> Route:
-    """Return a way up one flight of a whole storey, to the closed door behind it."""
-    points = [(-3.4, 20.0, 0.0), (-6.0, 20.0, 0.0), (-9.75, 20.0, 3.0), (-11.2, 20.3, 3.0)]
+    """Return a way up three flights of a whole storey each, through a door that ``open_door`` makes."""
+    points = [
+        (-3.4, 20.0, 0.0), (-6.0, 20.0, 0.0), (-9.75, 20.0, 3.0), (-11.5, 20.0, 3.0),
+        (-11.5, 18.0, 3.0), (-10.05, 18.0, 3.0), (-6.28, 18.0, 6.0), (-4.2, 18.0, 6.0),
+        (-4.2, 16.5, 6.0), (-4.2, 20.0, 6.0), (-6.0, 20.0, 6.0), (-9.75, 20.0, 9.0), (-11.2, 20.3, 9.0),
+    ]  # fmt: skip
     return Route(waypoints=np.array(points), last_heading=0.0, last_pause=1.0)
+
+
+def open_door(mesh: TriangleMesh) -> TriangleMesh:
+    """Return the hospital with a door of 1.5 m by 2.1 m between the two halves of a stairwell.
+
+    The world stacks one storey three times, and a closed wall, 0.12 m thick, parts each flight from the next.
+    """
+    corners = mesh.vertices[mesh.triangles]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    is_wall = (
+        (low[:, 1] > 18.9) & (high[:, 1] < 19.06) & (low[:, 0] < -12.4) & (high[:, 0] > -6.1)
+        & (low[:, 2] > 2.9) & (high[:, 2] < 6.1) & (high[:, 2] - low[:, 2] > 2.0)
+    )  # fmt: skip
+    if np.count_nonzero(is_wall) != 4:
+        raise ValueError("the wall of the hospital's stairwell is not where it was")
+    walls = []
+    for y in (18.92, 19.04):
+        walls.append(make_wall((-12.46, y), (-12.25, y), 3.0, 6.0))
+        walls.append(make_wall((-12.25, y), (-10.75, y), 5.1, 6.0))
+        walls.append(make_wall((-10.75, y), (-6.01, y), 3.0, 6.0))
+    kept = TriangleMesh(vertices=mesh.vertices, triangles=mesh.triangles[~is_wall])
+    return joined([kept, *walls])
 
 
 ROUTES = {"institute_var2": institute_route, "hospital": hospital_route}
@@ -66,6 +93,8 @@ def main(buildings: Path, folder: Path) -> None:
     for name, make_route in ROUTES.items():
         recording, run, plan = folder / name, folder / f"{name}_run", folder / f"{name}_plan"
         scene = replace(make_scene(f"building:{name}", 1, buildings=buildings), route=make_route())
+        if name == "hospital":
+            scene = replace(scene, mesh=open_door(scene.mesh))
         if not recording.exists():
             write_simulation(recording, scene, make_sensor("d435", factor=0.5), ROBOTS["spot"], seed=1)
         robot, *way = PLANS[name]

@@ -49,8 +49,8 @@ def export_stairways(request: ExportRequest) -> int:
         for name in request.formats
         if (error := _try_export(name, building, request.output, robot, anchor)) is not None
     ]
-    for error in errors[:-1]:
-        typer.echo(f"error: {error}", err=True)
+    for failure in errors[:-1]:
+        typer.echo(f"error: {failure}", err=True)
     if errors:
         raise errors[-1]
     return 0
