@@ -44,11 +44,8 @@ def export_stairways(request: ExportRequest) -> int:
         request.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"cannot write {request.output}: {error.strerror}") from error
-    errors = [
-        error
-        for name in request.formats
-        if (error := _try_export(name, building, request.output, robot, anchor)) is not None
-    ]
+    tried = [_try_export(name, building, request.output, robot, anchor) for name in request.formats]
+    errors = [outcome for outcome in tried if outcome is not None]
     for failure in errors[:-1]:
         typer.echo(f"error: {failure}", err=True)
     if errors:
