@@ -15,16 +15,16 @@ DOCUMENT = ROOT / "BENCHMARKS.md"
 
 _TITLE = """# Benchmarks
 
-Made by `benchmarks/accuracy.py` and `benchmarks/speed.py`; do not edit by hand. What is judged, and how,
-is told in [docs/evaluation.md](docs/evaluation.md). `delmerico2013` is the method of ARL-TR-6381, the
-baseline.
+Made by `accuracy.py`, `speed.py` and `ros_node.py` in `benchmarks/`; do not edit by hand. What is judged,
+and how, is told in [docs/evaluation.md](docs/evaluation.md). `delmerico2013` is the method of ARL-TR-6381,
+the baseline.
 """
 
-_SECTIONS = ("accuracy", "speed")
+_SECTIONS = ("accuracy", "speed", "ros")
 
 
 def write_section(name: str, text: str) -> None:
-    """Replace one section of BENCHMARKS.md and leave the other as it is."""
+    """Replace one section of BENCHMARKS.md and leave the others as they are."""
     sections = dict.fromkeys(_SECTIONS, "")
     if DOCUMENT.exists():
         old = DOCUMENT.read_text(encoding="utf-8")
