@@ -70,6 +70,11 @@ class ModelingConfig(_Section):
 
     min_observations: int = Field(3, ge=1, le=100)
     """Fewest observations of a stairway that is reported."""
+    pose_drift: float = Field(0.0, ge=0, le=1)
+    """Drift of the poses that widens the std of places, m per m travelled. 0: the poses' map is corrected;
+    wheel odometry drifts by 0.01-0.02; --odometry sets its own measured one."""
+    pose_heading_drift_deg: float = Field(0.0, ge=0, le=10)
+    """Drift of their heading, deg per m travelled. Wheel odometry: 0.3-1; --odometry sets its own."""
 
 
 class Delmerico2013Config(_Section):

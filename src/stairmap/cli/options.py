@@ -54,6 +54,14 @@ TrajectoryOption: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
+OdometryOption: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--odometry",
+        help="Find the poses from the depth itself (extra odometry); drifts by some per cent of the way.",
+        rich_help_panel=INPUT,
+    ),
+]
 UpOption: TypeAlias = Annotated[
     Up | None,
     typer.Option(

@@ -47,6 +47,7 @@ class RunRequest:
     as_json: bool
     robots: tuple[str, ...] = ()
     with_view: bool = False
+    with_odometry: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,19 +10,20 @@ import typer
 import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.level_map import LevelMap, find_level_map
+from stairmap.cli.odometry import config_with_drift, open_with_odometry
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import counted
 from stairmap.cli.requests import RunRequest
 from stairmap.cli.run_loop import RunLoop, RunOutcome
 from stairmap.cli.view import open_live_view
-from stairmap.config import load_config
+from stairmap.config import Config, load_config
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
-from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
+from stairmap.export.results import TRAJECTORY_FILE, RunFolder, create_run_folder, null_for_nan
 from stairmap.export.summary import format_table
 from stairmap.export.verdicts import VERDICT_COLUMNS, verdict_cells
 from stairmap.navigation.robot_profile import load_robot
 from stairmap.navigation.traversability import Assessment, assess
-from stairmap.recordings.base import RecordingProblems
+from stairmap.recordings.base import Recording, RecordingProblems
 from stairmap.recordings.open import open_recording
 
 
@@ -37,14 +38,17 @@ def run_recording(request: RunRequest) -> int:
     given = request.input
     config = load_config(given.config_file, given.overrides)
     robots = [load_robot(name) for name in request.robots]
-    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
-    level_map = find_level_map(recording, given.up, max_depth=config.detection.max_depth)
+    recording, up, config = _open(request, config)
+    level_map = find_level_map(recording, up, max_depth=config.detection.max_depth)
     loop = RunLoop(recording, level_map.trajectory, config=config, method=given.method)
     view = open_live_view(recording.name, level_map.trajectory) if request.with_view else None
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
         folder.log(f"stairmap {stairmap.__version__} run {given.recording} --method {given.method}")
         reference = RecordingReference.from_arguments(
-            given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag
+            given.recording,
+            trajectory=folder.path / TRAJECTORY_FILE if request.with_odometry else given.trajectory,
+            up=None if request.with_odometry else given.up,
+            bag=given.bag,
         )
         folder.write_text(RECORDING_FILE, reference.to_json())
         loop.process_frames(folder, interrupt, view=view)
@@ -68,6 +72,16 @@ def run_recording(request: RunRequest) -> int:
         else:
             typer.echo(_format_text(folder, outcome, assessments))
         return interrupt.exit_code
+
+
+def _open(request: RunRequest, config: Config) -> tuple[Recording, str | None, Config]:
+    """The recording with its poses, what levels its map, and the configuration for these poses."""
+    given = request.input
+    if request.with_odometry:
+        recording = open_with_odometry(given)
+        return recording, recording.up, config_with_drift(config, recording.odometry)
+    opened = open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
+    return opened, given.up, config
 
 
 def _describe_problems(

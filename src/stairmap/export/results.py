@@ -31,6 +31,7 @@ SCHEMA = 1
 
 STAIRWAYS_FILE = "stairways.json"
 DETECTIONS_FILE = "detections.jsonl"
+TRAJECTORY_FILE = "trajectory.tum"
 
 
 class RunFolder:
@@ -110,7 +111,7 @@ class RunFolder:
 
     def write_trajectory(self, trajectory: Trajectory) -> Path:
         """Write ``trajectory.tum``: the poses that the stairways were placed with."""
-        path = self.path / "trajectory.tum"
+        path = self.path / TRAJECTORY_FILE
         dump_tum_trajectory(path, trajectory)
         return path
 

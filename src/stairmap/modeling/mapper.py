@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +15,7 @@ from stairmap.modeling.duplicates import without_duplicates
 from stairmap.modeling.fitting import FittedFlight, fit_flight
 from stairmap.modeling.landings import join_flights, make_landing
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
+from stairmap.modeling.pose_drift import travelled_at, widened_by_drift
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 
@@ -127,8 +128,21 @@ class StairwayMapper:
                 and flight.num_precise >= self._config.modeling.min_observations
                 and flight.num_agreeing >= MIN_AGREEING_SHARE * len(members)
             ):
-                fitted.append(flight)
+                fitted.append(self._with_drift(flight, trajectory))
         return self._make_stairways(without_duplicates(fitted))
+
+    def _with_drift(self, fitted: FittedFlight, trajectory: Trajectory) -> FittedFlight:
+        """The flight, its place and heading as uncertain as the configured drift makes them."""
+        modeling = self._config.modeling
+        heading_drift = float(np.radians(modeling.pose_heading_drift_deg))
+        if modeling.pose_drift == 0 and heading_drift == 0:
+            return fitted
+        stamps = self._table.observations["stamp_ns"][fitted.members]
+        travelled = float(travelled_at(trajectory, stamps).mean())
+        flight = widened_by_drift(
+            fitted.flight, travelled, drift=modeling.pose_drift, heading_drift=heading_drift
+        )
+        return replace(fitted, flight=flight)
 
     def _make_stairways(self, fitted: list[FittedFlight]) -> tuple[Stairway, ...]:
         """Join flights, give each stairway its id."""

@@ -27,11 +27,11 @@ DRIFT = 0.03
 UNDETERMINED_DRIFT = 0.25
 """Drift of a motion that the view does not determine, m per m: measured, see docs/odometry.md."""
 
-HEADING_DRIFT = float(np.radians(0.6))
-"""Drift of the heading of a determined motion, rad per m: measured."""
+HEADING_DRIFT_DEG = 0.6
+"""Drift of the heading of a determined motion, deg per m: measured."""
 
-UNDETERMINED_HEADING_DRIFT = float(np.radians(2.5))
-"""Drift of the heading where the view does not determine the motion, rad per m: measured."""
+UNDETERMINED_HEADING_DRIFT_DEG = 2.5
+"""Drift of the heading where the view does not determine the motion, deg per m: measured."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,9 +71,10 @@ class OdometryResult:
         return DRIFT + (UNDETERMINED_DRIFT - DRIFT) * self._undetermined_share
 
     @property
-    def heading_drift(self) -> float:
-        """How far the heading is expected to drift, rad per m."""
-        return HEADING_DRIFT + (UNDETERMINED_HEADING_DRIFT - HEADING_DRIFT) * self._undetermined_share
+    def heading_drift_deg(self) -> float:
+        """How far the heading is expected to drift, deg per m."""
+        difference = UNDETERMINED_HEADING_DRIFT_DEG - HEADING_DRIFT_DEG
+        return HEADING_DRIFT_DEG + difference * self._undetermined_share
 
     @property
     def _undetermined_share(self) -> float:
@@ -85,7 +86,7 @@ class OdometryResult:
         lines = [
             f"poses come from the registration of depth: {num_with} of {self.num_frames} frames, "
             f"{self.path_length:.1f} m; expect about {100 * self.drift:.0f} % and "
-            f"{np.degrees(self.heading_drift):.1f} deg/m of drift"
+            f"{self.heading_drift_deg:.1f} deg/m of drift"
         ]
         reasons = {
             "had too few points": self.num_too_few_points,
@@ -101,8 +102,8 @@ class OdometryResult:
         if 2 * self.num_undetermined > num_with:
             lines.append(
                 f"in {self.num_undetermined} of {num_with} frames the view does not determine the camera's "
-                "motion (a floor alone, a corridor, steps without ends): places are uncertain; rise, run and width "
-                "come from single frames and are not"
+                "motion (a floor alone, a corridor, steps without ends): places are uncertain; rise, run "
+                "and width come from single frames and are not"
             )
         return tuple(lines)
 
@@ -140,8 +141,8 @@ class PieceCollector:
             raise TrajectoryError(
                 f"--odometry: expected at least {MIN_FRAMES} successive frames that fit together, but of "
                 f"{num_frames} frames {num_few} have too few points and {num_lost} do not fit the one "
-                "before; it takes 5 frames per second or more and walls or furniture in view; give poses with "
-                "--trajectory, or look at single frames with: stairmap detect"
+                "before; it takes 5 frames per second or more and walls or furniture in view; give poses "
+                "with --trajectory, or look at single frames with: stairmap detect"
             )
         return OdometryResult(
             trajectory=Trajectory(

@@ -17,6 +17,7 @@ from stairmap.cli.options import (
     MapFrameOption,
     Method,
     MethodOption,
+    OdometryOption,
     OutputOption,
     PoseTopicOption,
     RecordingArgument,
@@ -33,6 +34,7 @@ def run(
     *,
     recording: RecordingArgument,
     trajectory: TrajectoryOption = None,
+    odometry: OdometryOption = False,
     up: UpOption = None,
     depth_topic: DepthTopicOption = None,
     camera_info_topic: CameraInfoTopicOption = None,
@@ -69,6 +71,7 @@ def run(
     Examples:
       stairmap run my_recording --robot spot
       stairmap run my_recording --trajectory slam.tum --up=-y -o results/hall
+      stairmap run without_poses --odometry
       stairmap run my_recording --set envelope.max_rise=0.30 --json
 
     Ctrl-C writes what was found so far.
@@ -96,5 +99,6 @@ def run(
         as_json=as_json,
         robots=tuple(robots or ()),
         with_view=view,
+        with_odometry=odometry,
     )
     raise typer.Exit(run_recording(request))
