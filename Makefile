@@ -8,20 +8,24 @@ PYTHON ?= $(shell for name in python3.13 python3.12 python3.11 python3.10 python
 	$$name -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1 \
 	&& echo $$name && break; done)
 
-.PHONY: help demo test lint docs clean
+.PHONY: help demo test lint docs clean ros-environment
 
 help:
 	@echo "make demo   a simulated robot at a known stairway: estimated against true"
 	@echo "make test   all tests"
 	@echo "make lint   ruff, mypy, import-linter"
-	@echo "make docs   docs/configuration.md from the code"
+	@echo "make docs   docs/configuration.md and the ROS 2 node's parameters from the code"
 	@echo "make clean  remove the virtual environment and caches"
 
 demo: $(VENV)/.installed-demo
 	$(BIN)/stairmap demo
 
-test: $(VENV)/.installed-dev
+test: $(VENV)/.installed-dev ros-environment
 	$(BIN)/python -m pytest
+
+# ROS 2 from wheels for the tests of its node, in .venv-ros; where that cannot be made, they are skipped.
+ros-environment: $(BIN)/python
+	@$(BIN)/python tests/ros/make_environment.py
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff format --check .
@@ -32,9 +36,10 @@ lint: $(VENV)/.installed-dev
 docs: $(VENV)/.installed-dev
 	$(BIN)/stairmap config --markdown > docs/configuration.md.new
 	mv docs/configuration.md.new docs/configuration.md
+	PYTHONPATH=ros/stairmap_ros $(BIN)/python -m stairmap_ros.node_config ros/stairmap_ros docs/ros2.md
 
 clean:
-	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) .venv-ros build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 
 $(BIN)/python:
 	@test -n "$(PYTHON)" || { echo "stairmap needs Python 3.10 or newer with venv; \

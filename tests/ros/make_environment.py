@@ -68,7 +68,7 @@ class CannotMakeError(Exception):
 def main() -> int:
     """Make what is missing; return 0 also when that cannot be done, for the tests say so."""
     wanted = wanted_parts()
-    made = json.loads(STAMP.read_text(encoding="utf-8")) if STAMP.exists() else {}
+    made: dict[str, str] = json.loads(STAMP.read_text(encoding="utf-8")) if STAMP.exists() else {}
     if made == wanted:
         return 0
     UNAVAILABLE.unlink(missing_ok=True)
@@ -111,12 +111,13 @@ def note(made: dict[str, str], part: str, wanted: dict[str, str]) -> None:
 def install_wheels() -> None:
     """Make the virtual environment with ROS 2 in it."""
     python = find_python()
-    for tool in ("c++", "cmake"):
-        if shutil.which(tool) is None:
-            raise CannotMakeError(f"no {tool}; on Debian: apt install g++ cmake python3-dev")
+    if shutil.which("c++") is None:
+        raise CannotMakeError("no C++ compiler; on Debian: apt install g++ python3-dev")
     print(f"making {ENVIRONMENT.name}: ROS 2 from wheels, about a minute", flush=True)
     run([python, "-m", "venv", str(ENVIRONMENT)])
     pip_install(*(f"ros-{DISTRIBUTION}-{name}" for name in WHEELS), *OTHER_PACKAGES)
+    if shutil.which("cmake") is None:
+        pip_install("cmake<4")
     replace_build_paths()
 
 

@@ -36,7 +36,7 @@ def show(stairway_map: StairwayMap, map_from_camera: Transform, stamp_ns: int) -
 
 
 def shown_map(poses: Float64Array = POSES, first_ns: int = 0) -> StairwayMap:
-    stairway_map = new_map()
+    stairway_map = new_map(views_per_place=100)
     for index, pose in enumerate(poses):
         show(stairway_map, pose, first_ns + index * PERIOD_NS)
     return stairway_map
@@ -133,7 +133,7 @@ def test_a_corrected_path_moves_what_was_seen_on_it() -> None:
     """TF drifts along the way; SLAM then says where the robot really was."""
     drifts = [drift(index) for index in range(len(POSES))]
     seen = np.array([d @ pose for d, pose in zip(drifts, POSES, strict=True)])
-    stairway_map = new_map()
+    stairway_map = new_map(views_per_place=100)
     corrections = PathCorrections(first=0)
     for index, pose in enumerate(seen):
         observation_pose = POSES[index]

@@ -163,6 +163,8 @@ class StairmapNode(Node):
             self._status.num_jumps += 1
             self._buffer.clear()
             self._pending.clear()
+            with self._map_lock:
+                self._corrections = PathCorrections(first=len(self._map.viewpoints))
             self.get_logger().warning(
                 f"{source}: time went back by {back_ns * 1e-9:.1f} s; transforms are forgotten, "
                 "the map is kept"

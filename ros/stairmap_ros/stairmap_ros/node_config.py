@@ -1,16 +1,21 @@
 """The node's own parameters, beside those of ``stairmap.config``; config/stairmap.yaml is made of both.
 
-No ROS in here. ``python -m stairmap_ros.node_config`` prints config/stairmap.yaml (``make docs`` writes it).
+No ROS in here. ``python -m stairmap_ros.node_config PACKAGE PAGE`` writes config/stairmap.yaml in the package
+and the table of parameters in the page, as ``make docs`` does.
 """
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import Any, Literal
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field
 
 from stairmap.config import Config
+
+TABLE_BEGIN, TABLE_END = "<!-- parameters: begin -->", "<!-- parameters: end -->"
 
 
 class NodeConfig(BaseModel):
@@ -86,5 +91,14 @@ def _yaml_value(value: Any) -> str:
     return yaml.safe_dump(value).partition("\n")[0]
 
 
+def write_generated(package: Path, page: Path) -> None:
+    """Write config/stairmap.yaml of the package, and the table in the page between its marks."""
+    (package / "config/stairmap.yaml").write_text(parameters_yaml(), encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
+    before, _, rest = text.partition(TABLE_BEGIN)
+    _, _, after = rest.partition(TABLE_END)
+    page.write_text(f"{before}{TABLE_BEGIN}\n\n{parameters_table()}\n{TABLE_END}{after}", encoding="utf-8")
+
+
 if __name__ == "__main__":
-    print(parameters_yaml(), end="")  # noqa: T201
+    write_generated(Path(sys.argv[1]), Path(sys.argv[2]))

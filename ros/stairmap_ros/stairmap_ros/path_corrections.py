@@ -40,14 +40,11 @@ class PathCorrections:
 
     def add(self, stamp_ns: int, map_from_body: Transform) -> None:
         """Note a (4, 4) pose of the robot as TF gives it; stamps that do not increase are passed over."""
-        if self._stamps_ns:
-            if stamp_ns <= self._stamps_ns[-1]:
-                return
-            last = self._map_from_body[-1]
-            moved = np.linalg.norm(map_from_body[:3, 3] - last[:3, 3])
-            cosine = (np.trace(last[:3, :3].T @ map_from_body[:3, :3]) - 1.0) / 2.0
-            if moved < MIN_DISTANCE and cosine > np.cos(MIN_ANGLE):
-                return
+        if self._stamps_ns and stamp_ns <= self._stamps_ns[-1]:
+            return
+        # The newest is always kept; the one before it goes if the robot has hardly moved over it.
+        if len(self._stamps_ns) > 1 and _is_near(self._map_from_body[-2], map_from_body):
+            del self._stamps_ns[-1], self._map_from_body[-1]
         self._stamps_ns.append(stamp_ns)
         self._map_from_body.append(np.array(map_from_body))
 
@@ -88,6 +85,12 @@ class PathCorrections:
         num_kept = len(self._recorded)
         new = viewpoints.poses[self._first + num_kept :]
         self._recorded = np.concatenate([self._recorded, new])
+
+
+def _is_near(pose: Transform, other: Transform) -> bool:
+    moved = np.linalg.norm(other[:3, 3] - pose[:3, 3])
+    cosine = (np.trace(pose[:3, :3].T @ other[:3, :3]) - 1.0) / 2.0
+    return bool(moved < MIN_DISTANCE and cosine > np.cos(MIN_ANGLE))
 
 
 def trajectory_from_path(message: Any) -> Trajectory:
