@@ -133,10 +133,14 @@ class BagRecording:
         )
 
     @property
-    def details(self) -> dict[str, str]:
-        """What was taken of the bag, and what else it holds, for a person."""
-        poses = "--trajectory" if not self._own_poses else self._contents.poses.source
-        return self._contents.details() | {"poses from": poses}
+    def contents(self) -> BagContents:
+        """What was taken of the bag, and what else it holds."""
+        return self._contents
+
+    @property
+    def pose_source(self) -> str:
+        """Where the poses come from, for a person."""
+        return self._contents.poses.source if self._own_poses else "--trajectory"
 
     def check_poses(self) -> Trajectory:
         """Return the trajectory if it gives at least one frame a pose.
@@ -154,7 +158,8 @@ class BagRecording:
             )
             raise TrajectoryError(
                 f"expected poses in {self._bag.path}: {self._contents.poses.problem}; pass --trajectory FILE "
-                f"(TUM format){clock}, or look at single frames with: stairmap detect"
+                f"(TUM format){clock}, or --odometry to find them from the depth, or look at single frames "
+                "with: stairmap detect"
             )
         if self._num_without_pose == self.num_frames:
             first, last = (stamp_ns * 1e-9 for stamp_ns in self.time_range_ns)

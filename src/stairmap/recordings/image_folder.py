@@ -140,8 +140,8 @@ class ImageFolderRecording:
         if self._trajectory is None:
             raise TrajectoryError(
                 f"expected poses in {self._folder / POSE_FILES[0]} or {POSE_FILES[1]}, found neither; "
-                "pass --trajectory FILE (TUM format), or --odometry to find them from the depth, or look at single "
-                "frames with: stairmap detect"
+                "pass --trajectory FILE (TUM format), or --odometry to find them from the depth, or look at "
+                "single frames with: stairmap detect"
             )
         if self._num_without_pose == self.num_frames:
             first, last = (stamp_ns * 1e-9 for stamp_ns in self.time_range_ns)
