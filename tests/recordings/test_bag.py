@@ -11,6 +11,7 @@ import pytest
 import bag_files
 from bag_files import DEPTH_TOPIC, OPTICAL, Ros, robot_messages, write_bag
 from small_recordings import write_recording
+from stairmap.recordings.bag import BagRecording
 from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.image_folder import ImageFolderRecording
 from stairmap.recordings.open import open_recording
@@ -130,12 +131,19 @@ def test_topics_are_chosen_by_name(tmp_path: Path, walk: ImageFolderRecording) -
     check_same(path, walk, options=options)
 
 
-def test_details_tell_what_was_taken_and_what_there_is(tmp_path: Path, walk: ImageFolderRecording) -> None:
-    details = dict(open_recording(make_bag(tmp_path, "mcap", walk)).details)  # type: ignore[attr-defined]
-    assert details["depth topic"] == DEPTH_TOPIC
-    assert details["camera info"] == bag_files.INFO_TOPIC
-    assert details["camera frame"] == OPTICAL
-    assert details["frames"] == "base_link, camera_depth_optical_frame, camera_link, map, odom"
-    assert details["poses from"] == f"transforms, map to {OPTICAL}"
-    assert f"{NUM_FRAMES}  sensor_msgs/msg/Image       {DEPTH_TOPIC}" in details["topics"]
-    assert "1  std_msgs/msg/String         /chatter" in details["topics"]
+def test_contents_tell_what_was_taken_and_what_there_is(tmp_path: Path, walk: ImageFolderRecording) -> None:
+    recording = open_recording(make_bag(tmp_path, "mcap", walk))
+    assert isinstance(recording, BagRecording)
+    contents = recording.contents
+    assert (contents.depth.topic, contents.depth.camera_info) == (DEPTH_TOPIC, bag_files.INFO_TOPIC)
+    assert contents.depth.frame_id == OPTICAL
+    assert contents.coordinate_frames == ("base_link", OPTICAL, "camera_link", "map", "odom")
+    assert recording.pose_source == f"transforms, map to {OPTICAL}"
+    counts = {topic.name: topic.num_messages for topic in contents.topics}
+    assert counts == {
+        DEPTH_TOPIC: NUM_FRAMES,
+        bag_files.INFO_TOPIC: NUM_FRAMES,
+        "/chatter": 1,
+        "/tf": 2 * NUM_FRAMES,
+        "/tf_static": 1,
+    }

@@ -8,16 +8,24 @@ from typing import Any
 import numpy as np
 import typer
 
+from stairmap.cli.bag_listing import (
+    describe_bag,
+    describe_topics,
+    find_topics,
+    format_bag_rows,
+    format_topics,
+)
 from stairmap.cli.inspection import FrameStatistics, measure_frames
 from stairmap.cli.interrupts import noted_interrupts
 from stairmap.cli.numbered_frames import numbered_frames
 from stairmap.cli.requests import InspectRequest
 from stairmap.config import load_config
 from stairmap.detection.observation import Detection
-from stairmap.errors import OutputError, RecordingError
+from stairmap.errors import OutputError, RecordingError, StairmapError
 from stairmap.export.results import null_for_nan
 from stairmap.frame import DepthFrame
 from stairmap.pipeline import StairwayPipeline
+from stairmap.recordings.bag import BagRecording
 from stairmap.recordings.base import Recording
 from stairmap.recordings.open import open_recording
 from stairmap.visualization.overlay import describe_detection, draw_trace, png_from_image
@@ -31,8 +39,7 @@ def inspect_recording(request: InspectRequest) -> int:
     StairmapError
         If the recording cannot be used, the frame is not there, or the picture cannot be written.
     """
-    given = request.input
-    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
+    recording = _open(request)
     if request.frame_number is not None:
         _inspect_frame(recording, request, request.frame_number)
         return 0
@@ -44,6 +51,20 @@ def inspect_recording(request: InspectRequest) -> int:
         else:
             typer.echo(_format_text(values))
         return interrupt.exit_code
+
+
+def _open(request: InspectRequest) -> Recording:
+    """Open a recording; of a bag that cannot be used tell at least which topics it has."""
+    given = request.input
+    try:
+        return open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
+    except StairmapError:
+        topics = describe_topics(find_topics(given.recording))
+        if topics and request.as_json:
+            typer.echo(json.dumps({"bag": {"topics": topics}}, indent=1))
+        elif topics:
+            typer.echo(format_topics(topics))
+        raise
 
 
 def _describe_recording(recording: Recording, statistics: FrameStatistics) -> dict[str, Any]:
@@ -72,7 +93,7 @@ def _describe_recording(recording: Recording, statistics: FrameStatistics) -> di
         "num_up_from_camera": statistics.num_up_from_camera,
         "num_up_from_floor": statistics.num_up_unknown,
         "problems": list(recording.problems.to_lines()),
-    }
+    } | ({"bag": describe_bag(recording)} if isinstance(recording, BagRecording) else {})
 
 
 def _format_text(values: dict[str, Any]) -> str:
@@ -108,10 +129,12 @@ def _format_text(values: dict[str, Any]) -> str:
         "valid pixels": f"{100 * values['valid_share']:.1f} %",
         "poses": poses if values["num_poses"] else "none: use 'stairmap detect', or give --trajectory",
         "up": f"from {ups}" if ups else "unknown",
-    }
+    } | (format_bag_rows(values["bag"]) if "bag" in values else {})
     lines = [f"{name:<13} {text}" for name, text in rows.items()]
     if values["problems"]:
         lines += ["problems", *(f"  {line}" for line in values["problems"])]
+    if "bag" in values:
+        lines += ["", format_topics(values["bag"]["topics"])]
     return "\n".join(lines)
 
 

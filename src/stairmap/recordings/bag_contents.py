@@ -56,16 +56,6 @@ class BagContents:
     coordinate_frames: tuple[str, ...]
     notes: tuple[str, ...]
 
-    def details(self) -> dict[str, str]:
-        """Return what was taken of the bag, and what else it holds, for a person."""
-        return {
-            "depth topic": self.depth.topic,
-            "camera info": self.depth.camera_info,
-            "camera frame": self.depth.frame_id or "not named",
-            "frames": ", ".join(self.coordinate_frames) or "none",
-            "topics": format_topics(self.topics),
-        }
-
 
 def read_bag_contents(bag: Bag, options: BagOptions, *, with_poses: bool) -> BagContents:
     """Read all of a bag but the images.
@@ -111,13 +101,6 @@ def read_bag_contents(bag: Bag, options: BagOptions, *, with_poses: bool) -> Bag
         coordinate_frames=scan.stretch.intake.coordinate_frames,
         notes=(*bag.notes, *depth.notes, *_find_oddities(depth, scan), *found.notes),
     )
-
-
-def format_topics(topics: Sequence[BagTopic]) -> str:
-    """Return one line per topic: messages, type, name."""
-    width = max((len(topic.type) for topic in topics), default=0)
-    lines = [f"{topic.num_messages:>7}  {topic.type:<{width}}  {topic.name}" for topic in topics]
-    return "\n".join(lines)
 
 
 def _is_named(topic: BagTopic, name: str | None) -> bool:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -32,11 +34,14 @@ class IndexedBag:
     def __init__(self, paths: Sequence[Path], *, is_ros1: bool) -> None:
         self._paths = tuple(paths)
         self._is_ros1 = is_ros1
+        # The index of an hour's bag takes seconds to read, so readers stay open.
+        self._idle: dict[Path, Any] = {}
+        weakref.finalize(self, _close_all, self._idle)
         topics: dict[str, BagTopic] = {}
         # The readers fail on a broken file in many ways, of which their own error is only one.
         try:
             for path in self._paths:
-                with self._open(path) as reader:
+                with self._reader(path) as reader:
                     for connection in reader.connections:
                         known = topics.get(connection.topic)
                         num_before = known.num_messages if known is not None else 0
@@ -65,7 +70,7 @@ class IndexedBag:
         """
         try:
             for path in self._paths:
-                with self._open(path) as reader:
+                with self._reader(path) as reader:
                     wanted = [connection for connection in reader.connections if connection.topic in names]
                     if not wanted:
                         continue
@@ -76,8 +81,20 @@ class IndexedBag:
         except Exception as error:
             raise DamagedBagError(f"{path}: {error}") from error
 
-    def _open(self, path: Path) -> Any:
-        return Ros1Reader(path) if self._is_ros1 else Ros2Reader(path)
+    @contextmanager
+    def _reader(self, path: Path) -> Iterator[Any]:
+        """A reader that nobody else uses meanwhile."""
+        reader = self._idle.pop(path, None)
+        if reader is None:
+            reader = Ros1Reader(path) if self._is_ros1 else Ros2Reader(path)
+            reader.open()
+        try:
+            yield reader
+        finally:
+            if path in self._idle:
+                reader.close()
+            else:
+                self._idle[path] = reader
 
     def _topic(self, connection: Any, num_before: int) -> BagTopic:
         has_text = connection.msgdef.format == MessageDefinitionFormat.MSG
@@ -88,3 +105,10 @@ class IndexedBag:
             definition=connection.msgdef.data if has_text else "",
             num_messages=num_before + connection.msgcount,
         )
+
+
+def _close_all(readers: dict[Path, Any]) -> None:
+    for reader in readers.values():
+        with suppress(Exception):
+            reader.close()
+    readers.clear()
