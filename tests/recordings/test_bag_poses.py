@@ -138,7 +138,7 @@ def test_bag_without_poses_can_be_looked_at_and_run_says_what_gives_them(
     assert [frame.up for frame in recording] == [None] * 4
     text = refusal(recording)
     assert "the bag has neither transforms nor odometry nor stamped poses" in text
-    assert "pass --trajectory FILE (TUM format), or look at single frames with: stairmap detect" in text
+    assert "pass --trajectory FILE (TUM format), or --odometry to find them from the depth" in text
 
 
 def test_missing_mount_is_told_with_the_coordinate_frames_there_are(
