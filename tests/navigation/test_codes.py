@@ -50,6 +50,28 @@ def test_a_flight_of_more_than_12_feet_breaks_ibc():
     assert broken.limit.measure == "height"
 
 
+def test_a_stair_of_a_dwelling_may_be_steeper_than_a_public_one():
+    flight = {"rise": 0.19, "run": 0.265, "width": 1.1}
+    assert check("ibc_dwelling", **flight).word == "keeps"
+    assert check("ibc", **flight).word == "breaks"
+
+
+@pytest.mark.parametrize(("num_risers", "word"), [(10, "keeps"), (12, "unknown"), (14, "breaks")])
+def test_more_than_twelve_risers_are_too_many_for_a_general_access_stair(num_risers, word):
+    result = check("uk_k_general", rise=0.16, run=0.30, num_risers=num_risers)
+    assert result.word == word
+    assert [item.limit.measure for item in (*result.broken, *result.undecided)] == ["risers"] * (
+        word != "keeps"
+    )
+
+
+def test_every_code_tells_what_is_not_checked():
+    for code_id in code_ids():
+        result = check(code_id)
+        assert any("alike" in what for what in result.unchecked)
+        assert result.to_dict()["unchecked"] == list(result.unchecked)
+
+
 def test_twice_the_rise_plus_the_going_is_checked_in_the_united_kingdom():
     assert "2 rise + run" in {
         item.limit.measure for item in check("uk_k_private", rise=0.15, run=0.23).broken

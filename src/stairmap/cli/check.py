@@ -65,6 +65,8 @@ def _format_text(assessments: list[Assessment], code_checks: list[CodeCheck]) ->
     if code_checks:
         rows = [row for check in code_checks for row in code_cells(check)]
         parts.append(format_columns(CODE_COLUMNS, rows, left_aligned=CODE_COLUMNS))
+        unchecked = {check.code_id: "; ".join(check.unchecked) for check in code_checks}
+        parts.append("\n".join(f"not checked of {code_id}: {what}" for code_id, what in unchecked.items()))
     parts.append(
         "± is one standard deviation; passable and impassable are said from a probability of 97.7 % on"
     )

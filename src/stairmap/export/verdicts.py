@@ -62,7 +62,9 @@ def format_probability(probability: tuple[float, float]) -> str:
 def format_measured(check: LimitCheck) -> str:
     """Return a measure with its deviation and unit, mm or deg."""
     factor, unit = _scale(check)
-    return f"{with_std(check.measured * factor, check.std * factor, digits=int(unit != 'mm'))} {unit}"
+    return (
+        f"{with_std(check.measured * factor, check.std * factor, digits=int(unit != 'mm'))} {unit}".rstrip()
+    )
 
 
 def format_limit(check: LimitCheck) -> str:
@@ -71,7 +73,7 @@ def format_limit(check: LimitCheck) -> str:
         return "not published"
     factor, unit = _scale(check)
     sign = "≤" if check.limit.sense == "max" else "≥"
-    return f"{sign} {check.limit.value * factor:g} {unit}"
+    return f"{sign} {check.limit.value * factor:g} {unit}".rstrip()
 
 
 def format_margin(check: LimitCheck) -> str:
@@ -79,7 +81,7 @@ def format_margin(check: LimitCheck) -> str:
     if not math.isfinite(check.margin):
         return ""
     factor, unit = _scale(check)
-    return f"{check.margin * factor:+.{int(unit != 'mm')}f} {unit}"
+    return f"{check.margin * factor:+.{int(unit != 'mm')}f} {unit}".rstrip()
 
 
 def format_verdicts(assessments: Sequence[Assessment]) -> str:
@@ -96,7 +98,7 @@ def format_verdicts(assessments: Sequence[Assessment]) -> str:
 
 
 def _scale(check: LimitCheck) -> tuple[float, str]:
-    return (180 / math.pi, "deg") if check.unit == "rad" else (1e3, "mm")
+    return {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "": (1.0, "")}[check.unit]
 
 
 def _percent(value: float) -> str:

@@ -16,11 +16,12 @@ from typing import Any, Literal, TypeAlias
 from stairmap.stairway import Flight
 
 Measure: TypeAlias = Literal[
-    "rise", "single rise", "run", "pitch", "width", "height", "2 rise + run", "landing length"
+    "rise", "single rise", "run", "pitch", "width", "height", "2 rise + run", "risers", "landing length"
 ]
 """What is compared: of a flight, or the length of the landing that follows it.
 
-``single rise`` is the rise of a flight of one riser, ``height`` that of a whole flight.
+``single rise`` is the rise of a flight of one riser, ``height`` that of a whole flight, ``risers`` their
+number.
 """
 
 Sense: TypeAlias = Literal["max", "min"]
@@ -33,6 +34,9 @@ SURE = 0.5 * math.erfc(-2.0 / math.sqrt(2.0))
 WIDTH_STD = 0.05
 """What the model's deviation of a width does not cover, m: stringers, skirtings and rails that pass for the
 end of a step made it up to 0.10 m too large in architects' buildings (docs/navigation.md)."""
+
+RISERS_STD = 0.6
+"""Deviation of a number of risers: one too many or too few is common where an end was seen from afar."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,8 +92,10 @@ class LimitCheck:
         return _margin(self.limit, self.measured)
 
     @property
-    def unit(self) -> Literal["m", "rad"]:
-        """Unit of the measure, its limit and its margin."""
+    def unit(self) -> Literal["m", "rad", ""]:
+        """Unit of the measure, its limit and its margin; none for a number."""
+        if self.limit.measure == "risers":
+            return ""
         return "rad" if self.limit.measure == "pitch" else "m"
 
     @property
@@ -150,21 +156,21 @@ def measure_flight(flight: Flight, measure: Measure) -> tuple[float, float, bool
     Errors of rise and run are taken as independent, as the model gives no more. The deviation of a width
     is that of the model and ``WIDTH_STD``.
     """
-    std = flight.std
-    if measure in ("rise", "single rise"):
-        return flight.rise, std.rise, False
-    if measure == "run":
-        return flight.run, std.run, False
-    if measure == "pitch":
-        return flight.pitch, std.pitch, False
-    if measure == "width":
-        is_lower_bound = not (flight.left_bounded and flight.right_bounded)
-        return flight.width, math.hypot(std.width, WIDTH_STD), is_lower_bound
-    if measure == "height":
-        return flight.num_risers * flight.rise, flight.num_risers * std.rise, False
-    if measure == "2 rise + run":
-        return 2 * flight.rise + flight.run, math.hypot(2 * std.rise, std.run), False
-    raise ValueError(f"{measure} is no measure of a flight")
+    std, num = flight.std, flight.num_risers
+    values: dict[str, tuple[float, float]] = {
+        "rise": (flight.rise, std.rise),
+        "single rise": (flight.rise, std.rise),
+        "run": (flight.run, std.run),
+        "pitch": (flight.pitch, std.pitch),
+        "width": (flight.width, math.hypot(std.width, WIDTH_STD)),
+        "height": (num * flight.rise, num * std.rise),
+        "2 rise + run": (2 * flight.rise + flight.run, math.hypot(2 * std.rise, std.run)),
+        "risers": (num, RISERS_STD),
+    }
+    if measure not in values:
+        raise ValueError(f"{measure} is no measure of a flight")
+    is_lower_bound = measure == "width" and not (flight.left_bounded and flight.right_bounded)
+    return (*values[measure], is_lower_bound)
 
 
 def joint_probability(checks: Iterable[LimitCheck]) -> tuple[float, float]:
