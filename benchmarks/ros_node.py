@@ -40,7 +40,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         drive = render_drive(Path(folder) / "drive.npz")
         text = measure(Path(folder), drive, arguments)
-    section = "\n\n".join(["## ROS 2 node", describe_run(run), text])
+    section = "\n\n".join(["## ROS 2 node", describe_run(run), describe_versions(), text])
     write_section("ros", section)
     print(section)
 
@@ -133,6 +133,17 @@ def describe(
         f"The node uses {100 * share:.0f} % of its core."
     )
     return note + "\n\n" + format_table(header, rows)
+
+
+def describe_versions() -> str:
+    """Return what the node itself runs on."""
+    code = (
+        "import platform, cv2, numpy; from importlib.metadata import version;"
+        'print(f\'The node: ROS 2 Jazzy (rclpy {version("ros-jazzy-rclpy")}, Fast DDS), '
+        "Python {platform.python_version()}, numpy {numpy.__version__}, OpenCV {cv2.__version__}.')"
+    )
+    command = [str(ENVIRONMENT / "bin/python"), "-c", code]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
 def sample_memory(pid: int, memory: list[tuple[float, float]], stop: threading.Event) -> None:
