@@ -151,13 +151,12 @@ class BagRecording:
             If there are no poses, or no frame has one.
         """
         if self._trajectory is None:
-            clock = (
-                " whose stamps count from the start of the recording"
-                if is_realsense_topic(self._contents.depth.topic)
-                else ""
-            )
+            problem, clock = self._contents.poses.problem, ""
+            if is_realsense_topic(self._contents.depth.topic):
+                problem = "the RealSense recorder writes none"
+                clock = ", its stamps counted from the start of the recording"
             raise TrajectoryError(
-                f"expected poses in {self._bag.path}: {self._contents.poses.problem}; pass --trajectory FILE "
+                f"expected poses in {self._bag.path}: {problem}; pass --trajectory FILE "
                 f"(TUM format){clock}, or --odometry to find them from the depth, or look at single frames "
                 "with: stairmap detect"
             )
