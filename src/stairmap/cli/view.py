@@ -64,7 +64,12 @@ def open_live_view(name: str, trajectory: Trajectory) -> RunView:
     import_rerun()
     positions = trajectory.map_from_camera[:, :3, 3]
     viewer = RerunViewer(
-        name, viewpoint=find_viewpoint((), positions), positions=positions, is_map=True, follows=True
+        name,
+        viewpoint=find_viewpoint((), positions),
+        positions=positions,
+        is_map=True,
+        opens_log=True,
+        follows=True,
     )
     viewer.connect(RerunProcess().port)
     return viewer
@@ -77,6 +82,7 @@ def open_viewer(replay: RunReplay) -> RerunViewer:
         viewpoint=find_viewpoint(replay.stairways, replay.positions),
         positions=replay.positions,
         is_map=replay.trajectory is not None,
+        opens_log=not replay.stairways,
     )
 
 

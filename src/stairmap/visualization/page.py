@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import html
 import json
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -83,10 +84,13 @@ class PageFile:
         self._edges: ThinnedSequence[Points] = ThinnedSequence(MAX_EDGES)
         self._stairways: tuple[Stairway, ...] = ()
         self._num_frames = 0
+        self._rule_counts: Counter[str] = Counter()
 
     def show_frame(self, view: FrameView) -> None:
         """Take in one frame."""
         self._num_frames += 1
+        if not view.observations:
+            self._rule_counts.update({rejection.rule for rejection in view.rejections})
         for edge in view.map_edges():
             self._edges.append(edge)
         points = view.camera_points(max_points=MAX_FRAME_POINTS)
@@ -133,7 +137,9 @@ class PageFile:
 
     def _table(self) -> str:
         if not self._stairways:
-            return "<p>No stairway was found.</p>"
+            reasons = [f"{rule} in {count} frames" for rule, count in self._rule_counts.most_common(3)]
+            against = f" Rules against stairs: {', '.join(reasons)}." if reasons else ""
+            return f"<p>No stairway was found.{html.escape(against)}</p>"
         shown = [i for i, column in enumerate(COLUMNS) if column not in {"ends seen", "heading deg"}]
         head = "".join(f"<th>{html.escape(COLUMNS[i])}</th>" for i in shown)
         rows = []
@@ -155,7 +161,11 @@ class PageFile:
             (float(stairway.flights[0].base[2]) for stairway in self._stairways),
             default=float(np.percentile(self._cloud.points[:, 2], 1)) if len(self._cloud.points) else 0.0,
         )
+        known = np.concatenate(
+            [self._positions, self._cloud.points, *(s.surface()[0] for s in self._stairways)]
+        )
         return {
+            "grid": [(known.min(axis=0) - origin).tolist(), (known.max(axis=0) - origin).tolist()],
             "eye": (_FARTHER * (viewpoint.eye - origin)).tolist(),
             "floor": floor - origin[2],
             "cloud": _encode_cloud(self._cloud.points - origin, self._cloud.voxel_size),

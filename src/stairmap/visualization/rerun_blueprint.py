@@ -12,7 +12,12 @@ from stairmap.visualization.stairway_labels import Viewpoint
 
 
 def make_blueprint(
-    rerun: Any, viewpoint: Viewpoint, measures: Mapping[str, tuple[str, float]], *, is_map: bool
+    rerun: Any,
+    viewpoint: Viewpoint,
+    measures: Mapping[str, tuple[str, float]],
+    *,
+    is_map: bool,
+    opens_log: bool,
 ) -> Any:
     """Return the arrangement of views: map and words to the left, depth image and plots to the right.
 
@@ -26,6 +31,8 @@ def make_blueprint(
         What is plotted, with its unit.
     is_map
         Whether the cloud of earlier frames stays.
+    opens_log
+        Whether the lines of the frames are shown first, instead of the table of measures.
     """
     rrb = rerun.blueprint
     everything = rrb.VisibleTimeRange(
@@ -55,7 +62,7 @@ def make_blueprint(
     words = rrb.Tabs(
         rrb.TextLogView(origin="log", name="What each frame said"),
         rrb.TextDocumentView(origin="summary", name="Measures"),
-        active_tab=1,
+        active_tab=0 if opens_log else 1,
     )
     return rrb.Blueprint(
         rrb.Horizontal(

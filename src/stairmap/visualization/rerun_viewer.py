@@ -75,6 +75,8 @@ class RerunViewer:
         (N, 3) way of the camera, map, m.
     is_map
         Whether frames share one map; without poses each frame's cloud stands alone.
+    opens_log
+        Whether the lines of the frames are shown first, instead of the table of measures.
     follows
         Whether to look at the first stairway when it is found, as in a run that goes on.
 
@@ -85,15 +87,23 @@ class RerunViewer:
     """
 
     def __init__(
-        self, name: str, *, viewpoint: Viewpoint, positions: Points, is_map: bool, follows: bool = False
+        self,
+        name: str,
+        *,
+        viewpoint: Viewpoint,
+        positions: Points,
+        is_map: bool,
+        opens_log: bool = False,
+        follows: bool = False,
     ) -> None:
         self._rr = import_rerun()
         self._stream = self._rr.RecordingStream("stairmap", recording_id=None, send_properties=True)
         self._name, self._viewpoint, self._positions, self._is_map = name, viewpoint, positions, is_map
-        self._follows = follows
+        self._opens_log, self._follows = opens_log, follows
         self._cloud = VoxelCloud(MAP_VOXEL, MAX_MAP_POINTS)
         self._camera: PinholeCamera | None = None
         self._shown_ids: set[int] = set()
+        self._styled_paths: set[str] = set()
 
     def save(self, path: Path) -> None:
         """Write everything from now on to an ``.rrd`` file.
@@ -143,7 +153,7 @@ class RerunViewer:
         """Log the stairways as they are known after this frame."""
         rr = self._rr
         if stairways and not self._shown_ids and self._follows:
-            self._viewpoint = find_viewpoint(stairways, self._positions)
+            self._viewpoint, self._opens_log = find_viewpoint(stairways, self._positions), False
             self._stream.send_blueprint(self._blueprint())
         self._set_time(number, stamp_ns)
         for gone in self._shown_ids - {stairway.id for stairway in stairways}:
@@ -160,15 +170,19 @@ class RerunViewer:
         )
 
     def _blueprint(self) -> Any:
-        return make_blueprint(self._rr, self._viewpoint, MEASURES, is_map=self._is_map)
+        return make_blueprint(
+            self._rr, self._viewpoint, MEASURES, is_map=self._is_map, opens_log=self._opens_log
+        )
 
     def _show_measures(self, stairway: Stairway) -> None:
         flight = stairway.flights[0]
         for name, (_, factor) in MEASURES.items():
             value, std = getattr(flight, name) * factor, getattr(flight.std, name) * factor
             path = f"measures/{name}/stairway_{stairway.id}"
+            if path not in self._styled_paths:
+                self._styled_paths.add(path)
+                self._stream.log(path, self._measure_lines(stairway.id), static=True)
             self._stream.log(path, self._rr.Scalars([value, value - std, value + std]))
-            self._stream.log(path, self._measure_lines(stairway.id), static=True)
 
     def _measure_lines(self, stairway_id: int) -> Any:
         """Style of the estimate and of the two lines one standard deviation beside it."""

@@ -49,6 +49,8 @@ class RunReplay:
         Where depth images come from; ``None`` where it cannot be opened.
     detections
         What each frame showed.
+    has_map
+        Whether stairways were looked for in a map, as 'run' does and 'detect' does not.
     notes
         What could not be had, and what would help, one sentence each.
     """
@@ -60,6 +62,7 @@ class RunReplay:
     trajectory: Trajectory | None
     recording: Recording | None
     detections: tuple[SavedDetection, ...]
+    has_map: bool = True
     notes: tuple[str, ...] = ()
 
     @property
@@ -154,7 +157,8 @@ def show_run(
                 target.show_stairways(known.stairways, number, stamp_ns)
         advance()
     for target in views:
-        target.show_stairways(replay.stairways, number, stamp_ns)
+        if replay.has_map:
+            target.show_stairways(replay.stairways, number, stamp_ns)
         target.close()
 
 
@@ -205,6 +209,7 @@ def load_run(run: Path, *, recording: Path | None = None) -> RunReplay:
         trajectory=trajectory,
         recording=opened,
         detections=detections,
+        has_map=bool(history) or (folder / STAIRWAYS_FILE).is_file(),
         notes=tuple(notes),
     )
 

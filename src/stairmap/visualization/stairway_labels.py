@@ -117,7 +117,7 @@ def find_viewpoint(stairways: Sequence[Stairway], positions: Points) -> Viewpoin
     elif len(positions):
         corners, forward = positions, np.array([1.0, 0.0, 0.0])
     else:
-        return Viewpoint(eye=np.array([-2.5, -1.5, 1.5]), target=np.array([2.0, 0.0, -0.5]))
+        return Viewpoint(eye=np.array([-1.2, -1.3, 0.9]), target=np.array([1.4, 0.0, -0.4]))
     low, high = corners.min(axis=0), corners.max(axis=0)
     target = (low + high) / 2
     distance = max(float(np.linalg.norm(high - low)), 1.0) * 1.15

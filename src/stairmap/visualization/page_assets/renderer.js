@@ -117,7 +117,7 @@ class Renderer {
 
   gridLines(scene) {
     const [x, y] = [0, 1].map((axis) => [
-      Math.floor(scene.cloud.low[axis]) - 1, Math.ceil(scene.cloud.low[axis] + scene.cloud.size[axis]) + 1,
+      Math.floor(scene.grid[0][axis]) - 1, Math.ceil(scene.grid[1][axis]) + 1,
     ]);
     const values = [];
     for (let i = x[0]; i <= x[1]; i++) values.push(i, y[0], scene.floor, i, y[1], scene.floor);
