@@ -11,6 +11,7 @@ import math
 import os
 import sys
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from document import BenchmarkRun, describe_run, write_section
@@ -51,11 +52,11 @@ def main() -> None:
             raise SystemExit(f"no route: {route.reason}")
         length = sum(float(np.linalg.norm(np.diff(leg.points, axis=0), axis=1).sum()) for leg in route.legs)
         works: dict[str, Callable[[], object]] = {
-            "build the graph": lambda floors=floors: FloorPlanner(floors, portals, robot),
-            f"route over {NUM_FLOORS} floors, {length:.0f} m": lambda planner=planner: planner.find_route(
-                0, (1.0, 1.0), NUM_FLOORS - 1, (18.5, 18.5)
+            "build the graph": partial(FloorPlanner, floors, portals, robot),
+            f"route over {NUM_FLOORS} floors, {length:.0f} m": partial(
+                planner.find_route, 0, (1.0, 1.0), NUM_FLOORS - 1, (18.5, 18.5)
             ),
-            "places to explore": lambda planner=planner: find_candidates(planner, 0, (1.0, 1.0)),
+            "places to explore": partial(find_candidates, planner, 0, (1.0, 1.0)),
         }
         rows += [[name, what, *measure(work, arguments.num_runs)] for what, work in works.items()]
         routes = [row for row in rows if row[1].startswith("route")]
