@@ -167,7 +167,7 @@ def scan_frame(frame: DepthFrame, observation: StairObservation) -> Scans:
     image = inverse_depth_from_frame(frame, max_depth=config.max_depth)
     surfaces = fit_surface_normals(image)
     limit = np.radians(config.max_up_correction_deg)
-    up = correct_up(surfaces, frame.up, max_correction=limit)
+    up = correct_up(surfaces, frame.up, max_correction=limit).up
     ahead, left = level_axes(up)
     angles = [heading.angle for heading in find_headings(surfaces, up, max_headings=3)]
     directions = [np.cos(angle) * ahead + np.sin(angle) * left for angle in angles]

@@ -66,7 +66,7 @@ def test_windows_that_the_border_cuts_are_few_and_do_not_turn_up(plane: tuple[Ve
     frame = frame_of_depth(plane_depth(SMALL, normal, distance), SMALL)
     surfaces = fit_surface_normals(inverse_depth_from_frame(frame, max_depth=10))
     assert (angles_to(surfaces.normals, normal) > 0.06).mean() < 0.05
-    up = correct_up(surfaces, -normal, max_correction=0.1)
+    up = correct_up(surfaces, -normal, max_correction=0.1).up
     assert angles_to(-up[None], normal)[0] < 0.15
 
 

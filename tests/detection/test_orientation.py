@@ -55,7 +55,9 @@ def degrees_between(first: Vector, second: Vector) -> float:
 def test_correct_up_recovers_an_error_of_4_degrees_from_floor_and_walls(azimuth: float) -> None:
     pose = pose_looking((0, 0, 0.6), yaw=0.3, down=0.35, roll=0.1)
     up = pose[2, :3]
-    corrected = correct_up(surfaces_of(CORRIDOR, pose=pose), turned(up, 4.0, azimuth), max_correction=LIMIT)
+    corrected = correct_up(
+        surfaces_of(CORRIDOR, pose=pose), turned(up, 4.0, azimuth), max_correction=LIMIT
+    ).up
     assert degrees_between(corrected, up) < 0.1
 
 
@@ -66,19 +68,23 @@ def test_correct_up_comes_within_2_degrees_on_treads_and_risers_alone(error_deg:
     pose = pose_looking((-0.8, 0, 1.3), down=0.35)
     up = pose[2, :3]
     surfaces = surfaces_of(stairs_solid(stairs), pose=pose)
-    assert degrees_between(correct_up(surfaces, turned(up, error_deg, 1.0), max_correction=LIMIT), up) < 2.0
+    assert (
+        degrees_between(correct_up(surfaces, turned(up, error_deg, 1.0), max_correction=LIMIT).up, up) < 2.0
+    )
 
 
 def test_correct_up_leaves_a_right_up_alone() -> None:
     pose = pose_looking((0, 0, 0.6), down=0.3)
     up = pose[2, :3]
-    assert degrees_between(correct_up(surfaces_of(CORRIDOR, pose=pose), up, max_correction=LIMIT), up) < 0.1
+    assert (
+        degrees_between(correct_up(surfaces_of(CORRIDOR, pose=pose), up, max_correction=LIMIT).up, up) < 0.1
+    )
 
 
 def test_correct_up_makes_no_turn_beyond_its_limit() -> None:
     pose = pose_looking((0, 0, 0.6), down=0.3)
     wrong = turned(pose[2, :3], 9.0, 0.5)
-    corrected = correct_up(surfaces_of(CORRIDOR, pose=pose), wrong, max_correction=LIMIT)
+    corrected = correct_up(surfaces_of(CORRIDOR, pose=pose), wrong, max_correction=LIMIT).up
     np.testing.assert_array_equal(corrected, wrong)
 
 
@@ -87,7 +93,7 @@ def test_correct_up_keeps_what_it_was_given_where_nothing_is_level() -> None:
     given = turned(pose[2, :3], 4.0, 0.2)
     walls = make_wall((2.0, -5), (2.0, 5), -3, 5)
     np.testing.assert_array_equal(
-        correct_up(surfaces_of(walls, pose=pose), given, max_correction=LIMIT), given
+        correct_up(surfaces_of(walls, pose=pose), given, max_correction=LIMIT).up, given
     )
 
 
@@ -98,7 +104,7 @@ def test_a_ramp_between_walls_does_not_turn_up_beyond_the_limit(slope_deg: float
     walls = [make_wall((-3, y), (6, y), -2, 6) for y in (-1.5, 1.5)]
     pose = pose_looking((0, 0, 0.6), down=0.1)
     up = pose[2, :3]
-    corrected = correct_up(surfaces_of(ramp, *walls, pose=pose), up, max_correction=LIMIT)
+    corrected = correct_up(surfaces_of(ramp, *walls, pose=pose), up, max_correction=LIMIT).up
     assert degrees_between(corrected, up) <= 6.0
     if slope_deg > 6.0:
         np.testing.assert_array_equal(corrected, up)

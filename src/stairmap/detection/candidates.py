@@ -164,6 +164,7 @@ def _make_observation(
         width=width,
         origin=origin,
         covariance=_covariance_at(refined, lowest),
+        rise_information=refined.rise_information,
         floor_seen=_has_floor(refined, lowest),
         top_seen=_has_landing(refined, int(chosen[-1])),
         points=np.concatenate([edge.nosing for edge in edges]),

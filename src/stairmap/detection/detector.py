@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stairmap.arrays import Points, Vector
+from stairmap.arrays import Points
 from stairmap.config import Config
 from stairmap.detection.candidates import Candidate, judge_candidate
 from stairmap.detection.crease_edges import find_creases
@@ -26,6 +26,7 @@ from stairmap.detection.lattice import Lattice, find_lattices, group_nosings
 from stairmap.detection.ledges import find_ledges
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.detection.orientation import (
+    CorrectedUp,
     Heading,
     correct_up,
     estimate_up,
@@ -101,12 +102,13 @@ class StairEdgeDetector:
         if up is None:
             return (Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1"),)
         limit = np.radians(self._config.detection.max_up_correction_deg)
-        up = correct_up(surfaces, up, max_correction=limit)
+        corrected = correct_up(surfaces, up, max_correction=limit)
+        up = corrected.up
         headings = find_headings(surfaces, up, max_headings=MAX_HEADINGS)
-        self._try_headings(image, surfaces, up, headings, frame, candidates)
+        self._try_headings(image, surfaces, corrected, headings, frame, candidates)
         if not any(candidate.observation for candidate in candidates):
             others = find_line_headings(image, up, known=headings, max_headings=1)
-            self._try_headings(image, surfaces, up, others, frame, candidates)
+            self._try_headings(image, surfaces, corrected, others, frame, candidates)
             headings = [*headings, *others]
         if len(headings) == 0:
             return (Rejection(rule="headings", measured=0, limit=1, unit="1"),)
@@ -121,12 +123,13 @@ class StairEdgeDetector:
         self,
         image: InverseDepthImage,
         surfaces: SurfaceNormals,
-        up: Vector,
+        corrected: CorrectedUp,
         headings: Sequence[Heading],
         frame: DepthFrame,
         candidates: list[Candidate],
     ) -> None:
         """Look for stairways along each heading."""
+        up, up_std = corrected
         ahead, left = level_axes(up)
         for angle, num_distances in headings:
             if num_distances < MIN_DISTANCES and any(candidate.observation for candidate in candidates):
@@ -142,7 +145,14 @@ class StairEdgeDetector:
                 for lattice, ends in found:
                     columns = strip_columns(image.camera.width, lattice.strips, margin=1)
                     refined = refine_lattice(
-                        image, lattice, up, forward, ends, noise=surfaces.noise, columns=columns
+                        image,
+                        lattice,
+                        up,
+                        forward,
+                        ends,
+                        noise=surfaces.noise,
+                        columns=columns,
+                        up_std=up_std,
                     )
                     candidates.append(judge_candidate(image, lattice, refined, frame.stamp_ns, self._config))
                 if candidates and candidates[-1].observation is not None:

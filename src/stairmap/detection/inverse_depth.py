@@ -52,12 +52,15 @@ class SurfaceNormals:
         (N, 3) float32 unit normals that point away from the camera, camera frame.
     points
         (N, 3) float32 points they belong to, camera frame, m.
+    residual
+        (N,) float32 standard deviation of inverse depth about each fitted plane, 1/m.
     noise
-        Median standard deviation of inverse depth about the fitted planes, 1/m.
+        Their median.
     """
 
     normals: Float32Array
     points: Float32Array
+    residual: Float32Array
     noise: float
 
 
@@ -151,5 +154,6 @@ def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (
     normals = np.stack([a, b, q - a * ray_u - b * ray_v], axis=1)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
     points = np.asarray(np.stack([ray_u, ray_v, np.ones_like(q)], axis=1) / q[:, None], dtype=np.float32)
-    noise = np.sqrt(max(float(np.median(variance[rows, columns])), 0.0)) if len(rows) else 0.0
-    return SurfaceNormals(normals=normals, points=points, noise=noise)
+    residual = np.sqrt(np.maximum(variance[rows, columns], np.float32(0)))
+    noise = float(np.median(residual)) if len(rows) else 0.0
+    return SurfaceNormals(normals=normals, points=points, residual=residual, noise=noise)

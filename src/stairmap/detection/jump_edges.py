@@ -16,6 +16,12 @@ from stairmap.detection.profile_segments import RISER, TREAD, ProfileSegments
 MIN_JUMP = 0.10
 """Smallest forward distance between the two sides of a jump, m: half of the smallest run."""
 
+MAX_RAMP = 8
+"""Most rows that a smoothing sensor may make of a jump."""
+
+RAMP_END = 0.3
+"""A ramp ends where a row adds less than this share of its steepest row's."""
+
 
 def find_riser_tops(elevation: Elevation, segments: ProfileSegments, in_crease: IntArray) -> Float64Array:
     """Find the upper ends of risers that end against something farther.
@@ -40,7 +46,9 @@ def find_riser_tops(elevation: Elevation, segments: ProfileSegments, in_crease: 
     distance, strip = segments.distance[chosen], segments.strip[chosen]
     top = _extend(elevation, segments.last_row[chosen], strip, distance, along_slope=False)
     farther = _is_farther(elevation, top, strip, distance, step=-1)
-    height = elevation.slope[top] * distance + 0.5 * distance / elevation.row_density
+    surface = np.repeat(1.0 / distance[:, None], MAX_RAMP + 1, axis=1)
+    rows = _find_crossings(elevation, top, strip, surface, -1)
+    height = (elevation.slope[top] + rows / elevation.row_density) * distance
     return np.stack([distance, height, strip], axis=1)[farther & (top >= 2)].astype(np.float64)
 
 
@@ -68,10 +76,14 @@ def find_tread_fronts(
     chosen = np.flatnonzero(is_candidate)
     height, strip = segments.height[chosen], segments.strip[chosen]
     if view_sign > 0:
+        # The rows that follow may show the front of the tread's slab, which is no ramp.
         end = _extend(elevation, segments.first_row[chosen], strip, height, along_slope=True, step=1)
+        slope = elevation.slope[end]
     else:
         end = _extend(elevation, segments.last_row[chosen], strip, height, along_slope=True)
-    slope = elevation.slope[end]
+        surface = _slopes_beyond(elevation, end, -1) / height[:, None]
+        rows = _find_crossings(elevation, end, strip, surface, -1)
+        slope = np.asarray(elevation.slope[end] + rows / elevation.row_density, dtype=np.float32)
     with np.errstate(divide="ignore"):
         distance = np.where(np.abs(slope) > 1e-3, height / slope, 0.0)
     farther = _is_farther(elevation, end, strip, distance, step=view_sign) & (distance > 0.2)
@@ -90,6 +102,52 @@ def _is_farther(
     q = elevation.inverse_distance[np.clip(beyond, 0, num_rows - 1), strips[:, None]]
     limit = 1.0 / (np.maximum(distance, 1e-3) + MIN_JUMP)
     return np.asarray(((q > 0) & (q < limit[:, None]) & (beyond >= 0) & (beyond < num_rows)).any(axis=1))
+
+
+def _slopes_beyond(elevation: Elevation, rows: IntArray, step: int) -> Float32Array:
+    """(N, MAX_RAMP + 1) slopes of rows and of those that follow them."""
+    beyond = rows[:, None] + step * np.arange(MAX_RAMP + 1)
+    return np.asarray(elevation.slope[np.clip(beyond, 0, len(elevation.slope) - 1)])
+
+
+def _find_crossings(
+    elevation: Elevation, rows: IntArray, strips: IntArray, surface: Float32Array, step: int
+) -> Float64Array:
+    """How many rows past the last one on a surface its edge lies.
+
+    A sensor that smooths, or mixes two surfaces in a pixel, makes a ramp of a jump; smoothing inverse
+    depth leaves the edge where it is halfway between both surfaces. A sharp jump lies half a row on.
+
+    Parameters
+    ----------
+    elevation
+        Scans.
+    rows, strips
+        (N,) last cells on the surface.
+    surface
+        (N, MAX_RAMP + 1) inverse distance of the surface in that row and the following ones, 1/m.
+    step
+        In which direction rows follow.
+    """
+    num_rows = len(elevation.slope)
+    beyond = rows[:, None] + step * np.arange(MAX_RAMP + 1)
+    q = elevation.inverse_distance[np.clip(beyond, 0, num_rows - 1), strips[:, None]]
+    below = np.where((q > 0) & (beyond >= 0) & (beyond < num_rows), surface - q, np.nan)
+    below[:, 0] = 0.0
+    growth = np.diff(below, axis=1)
+    steepest = np.fmax.accumulate(np.nan_to_num(growth), axis=1)
+    # The ramp ends before the first row that adds little to it.
+    is_flat = ~(growth[:, 1:] > RAMP_END * steepest[:, :-1])
+    last = 1 + np.argmax(np.append(is_flat, np.ones((len(rows), 1), bool), axis=1), axis=1)
+    each = np.arange(len(rows))
+    half = 0.5 * below[each, last]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        after = np.argmax(below >= half[:, None], axis=1)
+        before = np.maximum(after - 1, 0)
+        rise = below[each, after] - below[each, before]
+        crossing = before + (half - below[each, before]) / rise
+    usable = np.isfinite(crossing) & (after > 0)
+    return np.where(usable, np.clip(crossing, 0.0, MAX_RAMP), 0.5) - elevation.edge_shift
 
 
 def _extend(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -71,6 +71,11 @@ class StairObservation:
     covariance
         (6, 6) of (rise, run, origin along forward, origin along up, tilt of up about the lateral
         axis, heading), units m and rad. Empty (0, 0) where a method gives none.
+    rise_information
+        (2, 3) what the frame says of the rise (m) and of how far the sensor moves edges outward
+        (working pixels) together: their information matrix and, in the last column, its product with
+        their estimate. One frame hardly tells them apart where heights are read off edges; many do.
+        Empty (0, 0) where a method gives none.
     floor_seen
         Whether the floor in front of the lowest riser was seen, so that edge 0 is the first step.
     top_seen
@@ -89,12 +94,13 @@ class StairObservation:
     width: float
     origin: Vector
     covariance: Float64Array
+    rise_information: Float64Array = field(default_factory=lambda: np.zeros((0, 0)))
     floor_seen: bool = False
     top_seen: bool = False
     points: Points
 
     def __post_init__(self) -> None:
-        for name in ("up", "forward", "origin", "covariance", "points"):
+        for name in ("up", "forward", "origin", "covariance", "rise_information", "points"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
     @property

@@ -21,8 +21,27 @@ UPRIGHT_WEIGHT = 0.1
 HEADING_BINS = 72
 """Bins of the heading histogram: 5 degrees each."""
 
+MAX_RESIDUAL = 1.5
+"""Normals whose plane fits worse than this many times the frame's noise do not tell up."""
 
-def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -> Vector:
+GIVEN_UP_STD = np.radians(0.5)
+"""Standard deviation of an up that the frame says nothing about, rad: an IMU's, or SLAM's."""
+
+LEVEL_FLOOR_STD = np.radians(0.1)
+"""How far floors and treads are from level as a whole, rad ..."""
+
+LEVEL_NORMAL_STD, NORMALS_PER_SAMPLE = np.radians(1.5), 15.0
+"""... and one independent normal of them, rad; so many normals count as one, for windows overlap."""
+
+
+class CorrectedUp(NamedTuple):
+    """Up as a (3,) unit vector, camera frame, and the standard deviation of its direction, rad."""
+
+    up: Vector
+    std: float
+
+
+def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -> CorrectedUp:
     """Turn a given up so that floor and treads are level and walls and risers upright.
 
     Each normal within 15 degrees of up pulls up towards itself, each normal within
@@ -40,16 +59,17 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
 
     Returns
     -------
-    (3,) unit vector, camera frame.
+    Up and its standard deviation: ``GIVEN_UP_STD`` where it stays as given.
     """
-    normals = surfaces.normals
+    # Where a window straddles an edge, or a sensor rounds it, the plane fits badly and leans.
+    normals = surfaces.normals[surfaces.residual <= MAX_RESIDUAL * surfaces.noise]
     corrected = up
     for level_limit, upright_limit in ((15.0, 10.0), (9.0, 8.0), (5.0, 6.0)):
         along = normals @ corrected.astype(np.float32)
         level = along < -np.cos(np.radians(level_limit))
         upright = np.abs(along) < np.sin(np.radians(upright_limit))
         if np.count_nonzero(level) < max(0.03 * len(normals), 10):
-            return up
+            return CorrectedUp(up, GIVEN_UP_STD)
         # Minimise |u + n|^2 over level normals and (u·n)^2 over upright ones.
         level_sum = -normals[level].sum(axis=0, dtype=np.float64)
         selected = normals[upright]
@@ -57,8 +77,9 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
         matrix = np.count_nonzero(level) * np.eye(3) + UPRIGHT_WEIGHT * scatter
         corrected = normalized(np.linalg.solve(matrix, level_sum))
     if np.arccos(np.clip(corrected @ up, -1, 1)) > max_correction:
-        return up
-    return corrected
+        return CorrectedUp(up, GIVEN_UP_STD)
+    num_samples = np.count_nonzero(level) / NORMALS_PER_SAMPLE
+    return CorrectedUp(corrected, float(np.hypot(LEVEL_FLOOR_STD, LEVEL_NORMAL_STD / np.sqrt(num_samples))))
 
 
 def estimate_up(surfaces: SurfaceNormals) -> Vector | None:

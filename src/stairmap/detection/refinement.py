@@ -21,11 +21,10 @@ from stairmap.detection.nosings import (
     MeasuredNosings,
     measure_nosings,
 )
+from stairmap.detection.orientation import GIVEN_UP_STD
+from stairmap.detection.rise_information import with_rise_variance
 from stairmap.detection.stair_pixels import Membership, StairPixels, find_members, gather_pixels
 from stairmap.geometry import normalized
-
-UP_PRIOR = np.radians(0.5)
-"""Standard deviation of up after its correction by the floor, rad."""
 
 RAKE_PRIOR = np.radians(5.0)
 """Standard deviation of the lean of risers, rad: 25 mm over a rise, with which codes end, is 8 degrees."""
@@ -62,6 +61,8 @@ class RefinedLattice:
         The lattice, m, as in ``Lattice``.
     covariance
         (6, 6) of (rise, run, distance, height, tilt about the lateral axis, heading).
+    rise_information
+        (2, 3) see ``StairObservation``.
     pixels, members
         The pixels in the corrected axes and where they belong; every ``row_step``-th row.
     nosings
@@ -77,6 +78,7 @@ class RefinedLattice:
     run: float
     rise: float
     covariance: Float64Array
+    rise_information: Float64Array
     pixels: StairPixels
     members: Membership
     row_step: int
@@ -93,6 +95,7 @@ def refine_lattice(
     *,
     noise: float,
     columns: tuple[int, int],
+    up_std: float = GIVEN_UP_STD,
 ) -> RefinedLattice | None:
     """Fit the lattice and its axes to the pixels of its treads and risers.
 
@@ -110,6 +113,8 @@ def refine_lattice(
         Standard deviation of inverse depth of a pixel, 1/m.
     columns
         Columns of the working image in which the stairs lie.
+    up_std
+        Standard deviation of the direction of ``up``, rad.
 
     Returns
     -------
@@ -131,7 +136,9 @@ def refine_lattice(
         )
         if np.count_nonzero(members.tread | members.riser) * row_step < 3 * MIN_SURFACE_PIXELS:
             return None
-        tilt, roll, turn, rotation_covariance = _fit_rotation(pixels, members, noise, num_nosings, row_step)
+        tilt, roll, turn, rotation_covariance = _fit_rotation(
+            pixels, members, noise, num_nosings, row_step, up_std
+        )
         left = np.cross(up, forward)
         new_up = normalized(up + tilt * forward + roll * left)
         turned = forward - tilt * up + turn * left
@@ -156,7 +163,7 @@ def refine_lattice(
         fit = _fit_lattice(nosings, distance, run, 1.0 / image.camera.fy)
         if fit is None:
             return None
-        distance, height, run, rise, covariance = fit
+        distance, height, run, rise, covariance, rise_information = fit
     return RefinedLattice(
         up=up,
         forward=forward,
@@ -165,6 +172,7 @@ def refine_lattice(
         run=run,
         rise=rise,
         covariance=_with_rotation(covariance, rotation_covariance, run, rise, distance, height),
+        rise_information=with_rise_variance(rise_information, run**2 * float(rotation_covariance[0, 0])),
         pixels=pixels,
         members=members,
         row_step=row_step,
@@ -174,7 +182,7 @@ def refine_lattice(
 
 
 def _fit_rotation(
-    pixels: StairPixels, members: Membership, noise: float, num_nosings: int, row_step: int
+    pixels: StairPixels, members: Membership, noise: float, num_nosings: int, row_step: int, up_std: float
 ) -> tuple[float, float, float, Float64Array]:
     """Small angles (tilt, roll, turn) that make treads level and risers square, and their covariance.
 
@@ -203,7 +211,7 @@ def _fit_rotation(
         information += (design * weight) @ design.T
         gradient += (design * weight) @ value
     for slope_prior in (SLOPE_PRIOR, NO_SLOPE):
-        priors = np.array([UP_PRIOR, UP_PRIOR, np.radians(10), RAKE_PRIOR, slope_prior])
+        priors = np.array([up_std, up_std, np.radians(10), RAKE_PRIOR, slope_prior])
         covariance = np.linalg.inv(information + np.diag(1.0 / priors**2))
         tilt, roll, turn, _, tread_slope = -covariance @ gradient
         # The design adds the slope to the tilt, so a tread that climbs has a negative one.
@@ -220,12 +228,18 @@ def _centered(values: Float64Array, weight: Float64Array, index: IntArray, num_g
 
 def _fit_lattice(
     nosings: MeasuredNosings, distance: float, run: float, pixel_size: float
-) -> tuple[float, float, float, float, Float64Array] | None:
+) -> tuple[float, float, float, float, Float64Array, Float64Array] | None:
     """Robust weighted lines through the nosings' distances and heights over their index.
 
     Where a height is read off an edge of the image, a sensor that fattens edges raises all of them
     by one angle: it is fitted along, within ``EDGE_SHIFT`` of zero.
+
+    Returns
+    -------
+    distance, height, run and rise of the lattice, their covariance without what a tilt adds to it, and
+    the information on rise and edge shift together, without the prior of the shift.
     """
+    rise_information = np.zeros((2, 3))
     covariance = np.zeros((6, 6))
     result = []
     measures = (
@@ -248,9 +262,13 @@ def _fit_lattice(
             residual = np.abs(value[known] - design @ estimate) / np.sqrt(variance)
             weight = np.minimum(1.0, 2.0 / np.maximum(residual, 1e-9)) / variance
         covariance[np.ix_(slots, slots)] = np.linalg.inv(information)[:2, :2]
+        if value is nosings.height:
+            joint = np.column_stack([information - prior, information @ estimate])
+            # The height of nosing 0 is of no interest here: it is marginalised.
+            rise_information = joint[1:, 1:] - np.outer(joint[1:, 0], joint[0, 1:]) / joint[0, 0]
         result.append((float(estimate[0]), float(estimate[1])))
     (height, rise), (distance, run) = result
-    return distance, height, run, rise, covariance
+    return distance, height, run, rise, covariance, rise_information
 
 
 def _with_rotation(

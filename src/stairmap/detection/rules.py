@@ -31,6 +31,9 @@ slabs, and the risers are open."""
 MAX_IRREGULARITY = 0.035
 """Largest root mean square distance of nosings from the lattice, m, beyond the noise."""
 
+MIN_NEIGHBOUR_SHARE = 0.15
+"""A nosing with less than this share of the pixels of the one next to it is none of its kind."""
+
 
 def find_rejections(
     refined: RefinedLattice, extents: StepExtents, chosen: IntArray, width: float, turn: float, config: Config
@@ -63,7 +66,11 @@ def find_rejections(
             found.append(
                 Rejection(rule="max_turn", measured=float(np.degrees(turn)), limit=limit, unit="deg")
             )
-    num_pairs = int(np.count_nonzero(np.diff(chosen) == 1))
+    support = (refined.nosings.num_tread_pixels + refined.nosings.num_riser_pixels)[chosen]
+    is_pair = (np.diff(chosen) == 1) & (
+        np.minimum(support[1:], support[:-1]) > MIN_NEIGHBOUR_SHARE * np.maximum(support[1:], support[:-1])
+    )
+    num_pairs = int(np.count_nonzero(is_pair))
     if 2 * num_pairs < len(chosen) - 1:
         # Half of the nosings of a lattice with twice the step: benches, not stairs.
         found.append(

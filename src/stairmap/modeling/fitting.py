@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray
+from stairmap.detection.refinement import EDGE_SHIFT
+from stairmap.detection.rise_information import solve_rise_and_shift, with_rise_variance
 from stairmap.geometry import wrapped_angle
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
 from stairmap.stairway import Flight, FlightStd, Step
@@ -86,7 +88,7 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
     """
     records = placed.records[members]
     heading, heading_std = _mean_heading(placed.heading[members], records["heading_variance"])
-    rise, rise_std = _robust_mean(records["rise"], records["rise_variance"])
+    rise, rise_std = _fit_rise(records["rise_information"])
     run, run_std = _robust_mean(records["run"], records["run_variance"])
     axes = placed.in_axes(heading, members)
     shift, start_s, start_z = _align(axes, records, rise, run)
@@ -183,6 +185,25 @@ def _robust_mean(values: Float64Array, variances: Float64Array) -> tuple[float, 
         weights = np.minimum(1.0, 2.0 / np.maximum(deviation, 1e-9)) / total
         mean = float(np.average(values, weights=weights))
     return mean, float(np.hypot(_mean_std(values, total), SYSTEMATIC_STD))
+
+
+def _fit_rise(information: Float64Array) -> tuple[float, float]:
+    """Rise by (N, 2, 3) information of observations on it and on the sensor's shift of edges; its std.
+
+    Outliers beyond two sigma are held back (Huber), as they stand given the shift.
+    """
+    each = with_rise_variance(information, SYSTEMATIC_STD**2)
+    own = np.maximum(each[:, 0, 0], 1e-9)
+    weights = np.ones(len(each))
+    for _ in range(4):
+        total = np.einsum("n,nij->ij", weights / FRAMES_PER_SAMPLE, each)
+        (rise, shift), covariance = solve_rise_and_shift(total, shift_std=EDGE_SHIFT)
+        deviation = (each[:, 0, 2] - each[:, 0, 1] * shift) / own - rise
+        weights = np.minimum(1.0, 2.0 / np.maximum(np.abs(deviation) * np.sqrt(own), 1e-9))
+    spread = _mean_std(deviation, 1.0 / own)
+    # What not knowing the shift adds to the variance.
+    growth = float(total[0, 0] * covariance[0, 0])
+    return float(rise), float(np.hypot(spread * np.sqrt(growth), SYSTEMATIC_STD))
 
 
 def _mean_std(values: Float64Array, variances: Float64Array) -> float:

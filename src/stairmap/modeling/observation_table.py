@@ -24,6 +24,7 @@ OBSERVATION_FIELDS = np.dtype(
         ("forward_variance", np.float64),
         ("up_variance", np.float64),
         ("heading_variance", np.float64),
+        ("rise_information", np.float64, (2, 3)),
         ("num_steps", np.int64),
         ("left", np.float64),
         ("right", np.float64),
@@ -107,6 +108,9 @@ class ObservationTable:
         variances = DEFAULT_VARIANCES
         if observation.covariance.size:
             variances = tuple(np.diag(observation.covariance)[[0, 1, 2, 3, 5]])
+        information = observation.rise_information
+        if information.size == 0:
+            information = np.array([[1.0, 0.0, observation.rise], [0.0, 0.0, 0.0]]) / variances[0]
         self._observations = _with_room(self._observations, self._num_observations + 1)
         self._observations[self._num_observations] = (
             observation.stamp_ns,
@@ -116,6 +120,7 @@ class ObservationTable:
             observation.run,
             observation.width,
             *variances,
+            information,
             observation.num_steps,
             left.max(),
             right.min(),
