@@ -14,6 +14,7 @@ from stairmap.cli.commands.detect import detect
 from stairmap.cli.commands.evaluate import evaluate
 from stairmap.cli.commands.export import export
 from stairmap.cli.commands.inspect import inspect
+from stairmap.cli.commands.live import live
 from stairmap.cli.commands.plan import plan
 from stairmap.cli.commands.run import run
 from stairmap.cli.commands.simulate import simulate
@@ -37,7 +38,7 @@ Examples:
 """,
     epilog="Exit code: 0 ran (also without a stairway), 1 error, 2 wrong usage, 130 or 143 interrupted.",
 )
-for command in (run, detect, view, inspect, check, export, plan, demo, simulate, evaluate, config):
+for command in (run, detect, live, view, inspect, check, export, plan, demo, simulate, evaluate, config):
     app.command()(command)
 
 

@@ -51,6 +51,21 @@ class RunRequest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LiveRequest:
+    """What ``stairmap live`` was asked for; without a number of frames, until Ctrl-C."""
+
+    serial: str | None
+    playback: Path | None
+    num_frames: int | None
+    with_odometry: bool
+    method: str
+    config_file: Path | None
+    overrides: tuple[str, ...]
+    record: Path | None
+    output: Path | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DetectRequest:
     """What ``stairmap detect`` was asked for."""
 

@@ -42,6 +42,8 @@ class OdometryResult:
     ----------
     trajectory
         ``piece_from_camera``, in the optical coordinate frame of the piece's first camera.
+    piece
+        Number of that piece, from 0.
     num_frames
         Frames that were looked at.
     num_pieces
@@ -53,6 +55,7 @@ class OdometryResult:
     """
 
     trajectory: Trajectory
+    piece: int
     num_frames: int
     num_pieces: int
     num_too_few_points: int
@@ -149,6 +152,7 @@ class PieceCollector:
                 stamps_ns=np.array([frame.stamp_ns for frame in self._longest]),
                 map_from_camera=np.array([frame.piece_from_camera for frame in self._longest]),
             ),
+            piece=self._longest[0].piece,
             num_frames=num_frames,
             num_pieces=self._counts[TrackState.START],
             num_too_few_points=num_few,

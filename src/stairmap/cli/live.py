@@ -1,0 +1,130 @@
+"""``stairmap live``: stairs in front of a depth camera, now; with odometry a map at the end."""
+
+from __future__ import annotations
+
+import typer
+
+import stairmap
+from stairmap.cli.interrupts import Interrupt, noted_interrupts
+from stairmap.cli.live_session import LiveMap, LiveSession
+from stairmap.cli.live_table import LiveTable
+from stairmap.cli.progress import counted
+from stairmap.cli.requests import LiveRequest
+from stairmap.config import dump_config, load_config
+from stairmap.errors import MissingPackageError, RecordingError, TrajectoryError
+from stairmap.export.results import RunFolder, create_run_folder
+from stairmap.export.summary import format_summary, format_table
+from stairmap.recordings.image_folder_writer import ImageFolderWriter
+from stairmap.recordings.realsense import RealSenseCamera, open_realsense
+from stairmap.visualization.report import render_report, report_data
+
+
+def run_live(request: LiveRequest) -> int:
+    """Look at a live camera until Ctrl-C, write what was found, print it; return the exit code.
+
+    Ctrl-C is how it ends, so that the exit code is 0 then.
+
+    Raises
+    ------
+    StairmapError
+        If there is no camera, or a folder cannot be written.
+    """
+    config = load_config(request.config_file, request.overrides)
+    session = LiveSession(config, method=request.method, with_odometry=request.with_odometry)
+    camera = open_realsense(serial=request.serial, playback=request.playback)
+    writer = None
+    if request.record is not None:
+        writer = ImageFolderWriter(request.record, camera.camera, depth_scale=round(1 / camera.depth_unit))
+    with create_run_folder(request.output, "live") as folder, noted_interrupts() as interrupt:
+        folder.log(f"stairmap {stairmap.__version__} live --realsense: {camera.name}")
+        folder.write_config(config)
+        problem = _look(camera, session, folder, interrupt, writer, request)
+        text = _write_results(session, folder, camera.name, problem, with_odometry=request.with_odometry)
+        typer.echo(f"{text}\n{folder.path}")
+        return 1 if problem and not session.collector.num_frames else 0
+
+
+def _look(
+    camera: RealSenseCamera,
+    session: LiveSession,
+    folder: RunFolder,
+    interrupt: Interrupt,
+    writer: ImageFolderWriter | None,
+    request: LiveRequest,
+) -> str | None:
+    """Take frames until they end; return why, if it is a problem."""
+    with LiveTable(camera) as table:
+        try:
+            for live in camera.frames(should_stop=lambda: bool(interrupt)):
+                detection = session.process(live.frame)
+                folder.append_detection(detection)
+                if writer is not None:
+                    writer.write(live.frame)
+                table.show(live, detection, session.stairways)
+                if session.collector.num_frames == request.num_frames:
+                    break
+        except RecordingError as error:
+            # A cable that was pulled must not cost what was found before.
+            return str(error)
+    return None
+
+
+def _write_results(
+    session: LiveSession, folder: RunFolder, name: str, problem: str | None, *, with_odometry: bool
+) -> str:
+    """Write what was found; return it as text."""
+    collector = session.collector
+    reasons = [str(rule) for rule in collector.rule_statistics()]
+    problems = [problem] if problem else []
+    lines = [f"{counted(collector.num_frames, 'frame')}, stair edges seen in {collector.num_detections}", ""]
+    live_map = None
+    if with_odometry:
+        try:
+            live_map = session.find_map()
+        except TrajectoryError as error:
+            problems.append(f"no map: {error}")
+    stairways = () if live_map is None else live_map.stairways
+    if live_map is not None:
+        problems += live_map.notes
+        problems += _write_map(session, live_map, folder, name, problems)
+        lines += [format_table(stairways).rstrip("\n"), ""]
+    if reasons and not stairways:
+        lines += ["why frames had no stair edges:", *(f"  {reason}" for reason in reasons), ""]
+    folder.write_summary(
+        format_summary(
+            stairways,
+            num_frames=collector.num_frames,
+            num_detections=collector.num_detections,
+            reasons=reasons,
+            problems=problems,
+        )
+    )
+    for line in problems:
+        folder.log(line)
+        typer.echo(line, err=True)
+    return "\n".join(lines)
+
+
+def _write_map(
+    session: LiveSession, live_map: LiveMap, folder: RunFolder, name: str, problems: list[str]
+) -> list[str]:
+    """Write the files of a map; return what could not be written, a sentence each."""
+    folder.write_stairways(live_map.stairways, num_frames=session.collector.num_frames)
+    folder.write_trajectory(live_map.trajectory)
+    folder.write_mesh(live_map.stairways)
+    folder.write_config(live_map.config)
+    data = report_data(
+        session.collector,
+        recording_name=name,
+        method=session.method,
+        stairways=live_map.stairways,
+        trajectory=live_map.trajectory,
+        config_yaml=dump_config(live_map.config),
+        problems=problems,
+        detector=session.detector,
+    )
+    try:
+        folder.write_report(render_report(data))
+    except MissingPackageError as error:
+        return [f"report.html was left out: {error}"]
+    return []
