@@ -21,5 +21,11 @@ setup(
     maintainer_email="stairmap@example.com",
     description="ROS 2 node of stairmap: depth images and TF in, stairways out",
     license="Apache-2.0",
-    entry_points={"console_scripts": [f"stairmap_node = {PACKAGE}.main:main"]},
+    entry_points={
+        "console_scripts": [
+            f"play_recording = {PACKAGE}.play_recording:main",
+            f"print_stairways = {PACKAGE}.print_stairways:main",
+            f"stairmap_node = {PACKAGE}.main:main",
+        ]
+    },
 )

@@ -129,8 +129,9 @@ def ros(wheels: None, drive: Drive, tmp_path: Path) -> Iterator[RosEnvironment]:
     environment = RosEnvironment(tmp_path, drive)
     yield environment
     environment.stop()
-    if environment.node_log.exists():
-        sys.stdout.write(environment.node_log.read_text())
+    log = environment.node_log.read_text() if environment.node_log.exists() else ""
+    sys.stdout.write(log)
+    assert "Traceback" not in log
 
 
 def wait_for(condition: Callable[[], bool], seconds: float) -> bool:

@@ -214,6 +214,9 @@ class StairmapNode(Node):
         values = self._status.values(self._pending.num_superseded, self._pending.num_unplaced)
         self._diagnostics.publish(make_diagnostics(status, values, self.get_clock().now().to_msg()))
         if status.kind != self._last_kind:
-            log = self.get_logger().info if status.level is Level.OK else self.get_logger().warning
-            log(status.message)
+            # rclpy wants one severity for each place in the code.
+            if status.level is Level.OK:
+                self.get_logger().info(status.message)
+            else:
+                self.get_logger().warning(status.message)
             self._last_kind = status.kind

@@ -122,7 +122,8 @@ class NodeStatus:
             return Status(level=Level.ERROR, kind="problem", message=self._problem)
         if self.num_processed == 0:
             return Status(level=Level.OK, kind="waiting", message="waiting for the first image")
-        return Status(level=Level.OK, kind="running", message=self._describe_result(num_stairways))
+        kind = "found" if num_stairways else "looking"
+        return Status(level=Level.OK, kind=kind, message=self._describe_result(num_stairways))
 
     def values(self, num_superseded: int, num_unplaced: int) -> dict[str, str]:
         """Return the numbers behind the status."""
