@@ -20,7 +20,7 @@ What is judged, and how, is told in [docs/evaluation.md](docs/evaluation.md). `d
 of ARL-TR-6381, the baseline.
 """
 
-_SECTIONS = ("accuracy", "speed", "planning", "ros")
+_SECTIONS = ("accuracy", "speed", "planning", "ros", "bags")
 
 
 def write_section(name: str, text: str) -> None:

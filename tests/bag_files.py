@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -243,13 +243,17 @@ def robot_messages(ros: Ros, recording: Recording, **options: Any) -> Messages:
 
 def write_bag(folder: Path, kind: str, ros: Ros, messages: Iterable[tuple[int, str, Any]]) -> Path:
     """Write messages in the order in which they were recorded; return the path that a user would give."""
-    ordered = sorted(messages, key=lambda message: message[0])
+    return write_ordered_bag(folder, kind, ros, sorted(messages, key=lambda message: message[0]))
+
+
+def write_ordered_bag(folder: Path, kind: str, ros: Ros, messages: Iterable[tuple[int, str, Any]]) -> Path:
+    """Write messages as they come; see ``write_bag``."""
     if ros.is_ros1:
-        return _write_ros1(folder / "walk.bag", kind, ros, ordered)
-    return _write_ros2(folder / "walk", kind, ros, ordered)
+        return _write_ros1(folder / "walk.bag", kind, ros, messages)
+    return _write_ros2(folder / "walk", kind, ros, messages)
 
 
-def _write_ros1(path: Path, kind: str, ros: Ros, messages: Sequence[tuple[int, str, Any]]) -> Path:
+def _write_ros1(path: Path, kind: str, ros: Ros, messages: Iterable[tuple[int, str, Any]]) -> Path:
     writer = Ros1Writer(path)
     if kind != "ros1":
         writer.set_compression(Ros1Writer.CompressionFormat[kind.removeprefix("ros1_").upper()])
@@ -263,7 +267,7 @@ def _write_ros1(path: Path, kind: str, ros: Ros, messages: Sequence[tuple[int, s
     return path
 
 
-def _write_ros2(path: Path, kind: str, ros: Ros, messages: Sequence[tuple[int, str, Any]]) -> Path:
+def _write_ros2(path: Path, kind: str, ros: Ros, messages: Iterable[tuple[int, str, Any]]) -> Path:
     is_mcap = "mcap" in kind
     writer = Ros2Writer(
         path,

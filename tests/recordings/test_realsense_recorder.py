@@ -20,7 +20,7 @@ SENSOR = "/device_0/sensor_0"
 def ros1_messages(
     ros: Ros, walk: ImageFolderRecording, *, depth_unit: float, option: str = "Depth_Units"
 ) -> Messages:
-    """What the recorder of librealsense up to 2.56 writes; the unit of depth in metres."""
+    """What the recorder writes as a ROS 1 bag; the unit of depth in metres."""
     unit = ros.make("std_msgs/msg/Float32", data=depth_unit)
     messages: Messages = [(1, f"{SENSOR}/option/{option}/value", unit)]
     for name, topic in (("Depth_0", "depth"), ("Infrared_1", "infrared")):
