@@ -83,6 +83,22 @@ def test_a_map_whose_files_disagree_is_refused_in_one_line(tmp_path, change, wor
     assert "\n" not in str(refusal.value)
 
 
+def test_an_image_that_is_cut_short_is_refused_in_silence_but_for_one_line(tmp_path, capfd):
+    path = dump_map(GRID, tmp_path, "floor")
+    image = path.with_suffix(".pgm")
+    image.write_bytes(image.read_bytes()[:-1])
+    with pytest.raises(MapError, match="cut short"):
+        load_map(path)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_image_in_place_of_the_yaml_file_is_refused(tmp_path):
+    path = dump_map(GRID, tmp_path, "floor").with_suffix(".pgm")
+    path.write_bytes(path.read_bytes() + b"\xff\xfe")
+    with pytest.raises(MapError, match="name its YAML file"):
+        load_map(path)
+
+
 def test_a_damaged_image_and_a_missing_map_are_refused(tmp_path):
     path = dump_map(GRID, tmp_path, "floor")
     (tmp_path / "floor.pgm").write_bytes(b"P5\n9 9\n255\n")

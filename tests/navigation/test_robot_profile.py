@@ -41,12 +41,15 @@ def test_a_figure_may_carry_its_source():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
+        ({"max_continuous_rise": 178, "max_single_rise": 300}, "in metres"),
+        ({"max_pitch_deg": 0.6}, "2 to 90 degrees"),
+        ({"name": None}, "name must be a text"),
         ({"max_continuous_rise": -0.1}, "max_continuous_rise must be above zero, got -0.1"),
         ({"min_run": 0}, "min_run must be above zero"),
         ({"body_width": "wide"}, "body_width must be a number or null, got 'wide'"),
         ({"body_width": float("nan")}, "body_width must be a number"),
         ({"max_continuous_rise": 0.4}, "max_continuous_rise 0.4 m is above max_single_rise 0.3 m"),
-        ({"max_pitch_deg": 100}, "max_pitch_deg must be below 90"),
+        ({"max_pitch_deg": 100}, "max_pitch_deg must be from 2 to 90 degrees"),
         ({"max_stair_rise": 0.1}, "unknown key max_stair_rise; did you mean max_"),
         ({"floor_speed": None}, "floor_speed must be a number; leave it out"),
         ({"min_run": {"val": 1}}, "min_run must be a number or {value, source}"),

@@ -7,6 +7,7 @@ The image is the other way up, and read by the rules of nav2_map_server's mode `
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -86,8 +87,10 @@ def load_map(path: Path) -> OccupancyGrid:
     """
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise MapError(f"cannot read the map {path}: {error}") from error
+    except OSError as error:
+        raise MapError(f"cannot read the map {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise MapError(f"the map {path} is no text file; name its YAML file, not its image") from error
     except yaml.YAMLError as error:
         raise MapError(f"{path} is not a YAML file: {' '.join(str(error).split())}") from error
     try:
@@ -97,6 +100,8 @@ def load_map(path: Path) -> OccupancyGrid:
         mode = str(values.get("mode", "trinary"))
     except (KeyError, TypeError, ValueError) as error:
         raise MapError(f"{path} lacks or misstates a key of a Nav2 map: {error}") from error
+    if not 0 < resolution < math.inf:
+        raise MapError(f"{path}: resolution must be above zero, got {resolution:g}")
     if len(origin) != 3 or origin[2] != 0:
         raise MapError(f"{path}: expected origin [x, y, 0] of a map that is not turned, got {origin}")
     if not 0 <= free < occupied <= 1:
@@ -158,10 +163,24 @@ def _read_image(image_path: Path, path: Path) -> NDArray[np.uint8]:
         raise MapError(
             f"{path} names the image {image_path}, which cannot be read: {error.strerror}"
         ) from error
+    _check_is_whole(content, image_path, path)
     image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE) if content else None
     if image is None:
         raise MapError(f"the image {image_path} of {path} is damaged or no picture")
     return np.asarray(image, dtype=np.uint8)
+
+
+def _check_is_whole(content: bytes, image_path: Path, path: Path) -> None:
+    """Refuse a PGM file that ends before its last pixel: OpenCV says so on the terminal by itself."""
+    header = re.match(rb"P5\s+(?:#[^\n]*\n\s*)*(\d+)\s+(?:#[^\n]*\n\s*)*(\d+)\s+\d+\s", content)
+    if header is None:
+        return
+    columns, rows = int(header[1]), int(header[2])
+    if len(content) - header.end() < columns * rows:
+        raise MapError(
+            f"the image {image_path} of {path} is cut short: {columns} x {rows} px are announced, "
+            f"{len(content) - header.end()} are there"
+        )
 
 
 def _check_size(values: dict[str, Any], image: NDArray[np.uint8], path: Path, image_path: Path) -> None:

@@ -27,6 +27,14 @@ _LIMITS = (
     "side_clearance", "min_landing_length",
 )  # fmt: skip
 
+_LENGTHS = (
+    "max_continuous_rise", "max_single_rise", "min_run", "body_width", "side_clearance", "min_landing_length",
+)  # fmt: skip
+
+_MAX_LENGTH = 5.0
+_MIN_ANGLE_DEG = 2.0
+"""No stairs are so flat; a smaller angle was meant in radians."""
+
 _MOTION = ("floor_speed", "stair_speed", "alignment_time", "ascent_risk", "descent_risk")
 
 
@@ -91,8 +99,10 @@ class RobotProfile:
             )
         for name in ("max_pitch_deg", "max_slope_deg"):
             angle = getattr(self, name)
-            if angle is not None and angle >= 90:
-                raise ConfigError(f"robot {self.name}: {name} must be below 90, got {angle:g}")
+            if angle is not None and not _MIN_ANGLE_DEG < angle < 90:
+                raise ConfigError(
+                    f"robot {self.name}: {name} must be from {_MIN_ANGLE_DEG:g} to 90 degrees, got {angle:g}"
+                )
 
     @property
     def min_width(self) -> float | None:
@@ -152,8 +162,10 @@ def load_robot(name_or_path: str | Path) -> RobotProfile:
     else:
         try:
             content = Path(text).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise ConfigError(f"cannot read the robot profile {text}: {error}") from error
+        except OSError as error:
+            raise ConfigError(f"cannot read the robot profile {text}: {error.strerror}") from error
+        except UnicodeDecodeError as error:
+            raise ConfigError(f"the robot profile {text} is no text file: {error.reason}") from error
     try:
         values = yaml.safe_load(content)
     except yaml.YAMLError as error:
@@ -183,6 +195,8 @@ def robot_from_values(values: Any, *, origin: str) -> RobotProfile:
         raise ConfigError(
             f"robot profile {origin} lacks {', '.join(missing)}; write null for a limit that is not known"
         )
+    if not isinstance(values["name"], str) or not values["name"].strip():
+        raise ConfigError(f"robot profile {origin}: name must be a text, got {values['name']!r}")
     figures, sources = {}, {}
     for key in (*_LIMITS, *_MOTION):
         if key not in values:
@@ -196,7 +210,7 @@ def robot_from_values(values: Any, *, origin: str) -> RobotProfile:
         if key in _MOTION and entry is None:
             raise ConfigError(f"robot profile {origin}: {key} must be a number; leave it out for the default")
         figures[key] = entry
-    return RobotProfile(name=str(values["name"]), **figures, sources=sources)
+    return RobotProfile(name=values["name"], **figures, sources=sources)
 
 
 def _check_number(robot: str, name: str, value: Any) -> None:
@@ -205,5 +219,9 @@ def _check_number(robot: str, name: str, value: Any) -> None:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ConfigError(f"robot {robot}: {name} must be a number or null, got {value!r}")
     may_be_zero = name in ("side_clearance", "alignment_time", "ascent_risk", "descent_risk")
+    if name in _LENGTHS and value > _MAX_LENGTH:
+        raise ConfigError(
+            f"robot {robot}: {name} is in metres and at most {_MAX_LENGTH:g}, got {value:g}; is that mm?"
+        )
     if value < 0 or (value == 0 and not may_be_zero):
         raise ConfigError(f"robot {robot}: {name} must be above zero, got {value:g}")
