@@ -7,7 +7,8 @@ import typer
 import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.live_session import LiveMap, LiveSession
-from stairmap.cli.live_table import LiveTable
+from stairmap.cli.live_table import COLUMNS, LiveTable, observation_rows
+from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import counted
 from stairmap.cli.requests import LiveRequest
 from stairmap.config import dump_config, load_config
@@ -88,6 +89,9 @@ def _write_results(
         problems += live_map.notes
         problems += _write_map(session, live_map, folder, name, problems)
         lines += [format_table(stairways).rstrip("\n"), ""]
+    elif session.last_seen is not None:
+        rows = observation_rows(session.last_seen)
+        lines += ["the last frame with stairs:", format_columns(COLUMNS, rows, left_aligned=("view",)), ""]
     if reasons and not stairways:
         lines += ["why frames had no stair edges:", *(f"  {reason}" for reason in reasons), ""]
     folder.write_summary(

@@ -75,6 +75,8 @@ class LiveSession:
     ----------
     collector
         Counts, reasons, and frames for the report.
+    last_seen
+        The newest frame's detection that holds stair edges; ``None`` before the first.
     stairways
         Those of the map, as of a second ago.
 
@@ -89,6 +91,7 @@ class LiveSession:
         self.collector = ReportCollector()
         pipeline = StairwayPipeline(config, method=method)
         self.detector = pipeline.detector
+        self.last_seen: Detection | None = None
         self.stairways: tuple[Stairway, ...] = ()
         self._modeler = pipeline.modeler
         self._odometry = DepthOdometry() if with_odometry else None
@@ -105,6 +108,7 @@ class LiveSession:
             frame = DepthFrame(stamp_ns=frame.stamp_ns, depth=frame.depth, camera=frame.camera, up=up)
         detection = self.detector.detect(frame)
         self.collector.add(frame, detection)
+        self.last_seen = detection if detection else self.last_seen
         if tracked is not None:
             if tracked.piece_from_camera is not None:
                 for observation in detection.observations:

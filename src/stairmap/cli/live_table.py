@@ -82,16 +82,23 @@ class LiveTable:
 def observation_table(detection: Detection) -> Table:
     """Return what one frame shows, or the first reason why it shows no stairs."""
     table = Table(*COLUMNS, title="in view now", title_justify="left", box=None)
-    for observation in detection.observations:
-        nearest = min(float(np.linalg.norm(edge.nosing.mean(axis=0))) for edge in observation.edges)
-        table.add_row(
-            observation.view,
-            str(observation.num_steps),
-            f"{nearest:.2f}",
-            *(f"{value * 1e3:.0f}" for value in (observation.rise, observation.run, observation.width)),
-            f"{np.degrees(observation.pitch):.1f}",
-        )
+    for cells in observation_rows(detection):
+        table.add_row(*cells)
     if not detection.observations:
         reason = f" ({detection.rejections[0]})" if detection.rejections else ""
         table.title = f"in view now: no stairs{reason}"
     return table
+
+
+def observation_rows(detection: Detection) -> list[tuple[str, ...]]:
+    """Return the text of each of ``COLUMNS`` for each observation of a frame."""
+    return [
+        (
+            observation.view,
+            str(observation.num_steps),
+            f"{min(float(np.linalg.norm(edge.nosing.mean(axis=0))) for edge in observation.edges):.2f}",
+            *(f"{value * 1e3:.0f}" for value in (observation.rise, observation.run, observation.width)),
+            f"{np.degrees(observation.pitch):.1f}",
+        )
+        for observation in detection.observations
+    ]
