@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from command_line import stairmap
+from small_recordings import write_recording
+
 
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
@@ -14,3 +17,23 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no real data at {folder}")
     return folder.resolve()
+
+
+@pytest.fixture(scope="session")
+def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run folder of a camera that comes up to a staircase; its recording lies beside it."""
+    folder = tmp_path_factory.mktemp("runs")
+    recording = write_recording(folder / "stairs")
+    outcome = stairmap("run", recording, "-o", folder / "run", "--no-report")
+    assert outcome.code == 0, outcome.stderr
+    return folder / "run"
+
+
+@pytest.fixture(scope="session")
+def empty_run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run folder without a stairway."""
+    folder = tmp_path_factory.mktemp("runs")
+    recording = write_recording(folder / "floor", num_frames=3, has_stairs=False)
+    outcome = stairmap("run", recording, "-o", folder / "run", "--no-report")
+    assert outcome.code == 0, outcome.stderr
+    return folder / "run"

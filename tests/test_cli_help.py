@@ -14,9 +14,9 @@ from stairmap.cli.options import Method, Up
 from stairmap.pipeline import METHODS
 from stairmap.recordings.map_up import UP_AUTO, UP_AXES
 
-COMMANDS = ("run", "detect", "inspect", "check", "export", "plan", "demo", "simulate", "config")
+COMMANDS = ("run", "detect", "inspect", "view", "check", "export", "plan", "demo", "simulate", "config")
 
-HEAVY = ("numpy", "scipy", "cv2", "pydantic", "yaml", "matplotlib", "embreex", "jinja2")
+HEAVY = ("numpy", "scipy", "cv2", "pydantic", "yaml", "matplotlib", "embreex", "jinja2", "rerun", "foxglove")
 
 
 def modules_loaded_by(code):
