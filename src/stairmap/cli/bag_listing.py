@@ -8,9 +8,9 @@ from typing import Any
 
 from stairmap.cli.plain_table import format_columns
 from stairmap.errors import StairmapError
-from stairmap.recordings.bag import BagRecording
-from stairmap.recordings.bag_file import Bag, is_bag
-from stairmap.recordings.bag_stream import BagTopic
+from stairmap.recordings.bags.bag import Bag, is_bag
+from stairmap.recordings.bags.recording import BagRecording
+from stairmap.recordings.bags.stream import BagTopic
 
 
 def describe_bag(recording: BagRecording) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from stairmap.errors import OutputError, RecordingError, StairmapError
 from stairmap.export.results import null_for_nan
 from stairmap.frame import DepthFrame
 from stairmap.pipeline import StairwayPipeline
-from stairmap.recordings.bag import BagRecording
+from stairmap.recordings.bags.recording import BagRecording
 from stairmap.recordings.base import Recording
 from stairmap.recordings.open import open_recording
 from stairmap.visualization.overlay import describe_detection, draw_trace, png_from_image

@@ -68,8 +68,8 @@ def open_recording(
 
 def _open_bag(path: Path, *, trajectory: Path | None, up: str | None, options: BagOptions) -> Recording:
     # The readers of bags take a tenth of a second to load, which an image folder need not wait for.
-    from stairmap.recordings.bag import BagRecording  # noqa: PLC0415
-    from stairmap.recordings.bag_file import METADATA, is_bag  # noqa: PLC0415
+    from stairmap.recordings.bags.bag import METADATA, is_bag  # noqa: PLC0415
+    from stairmap.recordings.bags.recording import BagRecording  # noqa: PLC0415
 
     if not is_bag(path):
         raise RecordingError(_describe_folder(path) if path.is_dir() else _describe_file(path))

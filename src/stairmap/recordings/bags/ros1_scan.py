@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 from lz4.frame import decompress as decompress_lz4
 
-from stairmap.recordings.bag_stream import ROS1, BagMessage, BagTopic, plain_type
+from stairmap.recordings.bags.stream import ROS1, BagMessage, BagTopic, plain_type
 
 ROS1_MAGIC = b"#ROSBAG V2.0\n"
 """First line of a bag."""

@@ -12,7 +12,7 @@ from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
-from stairmap.recordings.bag_stream import CDR, ROS1, BagMessage, BagTopic, DamagedBagError
+from stairmap.recordings.bags.stream import CDR, ROS1, BagMessage, BagTopic, DamagedBagError
 
 
 class IndexedBag:

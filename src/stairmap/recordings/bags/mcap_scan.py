@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 from lz4.frame import decompress as decompress_lz4
 
-from stairmap.recordings.bag_stream import BagMessage, BagTopic, plain_type
+from stairmap.recordings.bags.stream import BagMessage, BagTopic, plain_type
 
 if sys.version_info >= (3, 14):
     from compression import zstd

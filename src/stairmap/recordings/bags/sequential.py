@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from stairmap.recordings.bag_stream import BagMessage, BagTopic
+from stairmap.recordings.bags.stream import BagMessage, BagTopic
 
 ScanBag = Callable[[Path, list[str]], Iterator[BagMessage]]
 """Reads a file from front to back, and appends a sentence to the list for each thing that is lost."""

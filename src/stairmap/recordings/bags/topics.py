@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 
 from stairmap.errors import RecordingError
-from stairmap.recordings.bag_stream import BagTopic
+from stairmap.recordings.bags.stream import BagTopic
 from stairmap.recordings.depth_message import DEPTH_ENCODINGS
 
 IMAGE = "sensor_msgs/msg/Image"

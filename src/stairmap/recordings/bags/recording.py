@@ -11,16 +11,16 @@ from stairmap.arrays import DepthImage, Transform, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.errors import RecordingError, TrajectoryError
 from stairmap.frame import DepthFrame
-from stairmap.recordings.bag_contents import BagContents, read_bag_contents
-from stairmap.recordings.bag_file import Bag
 from stairmap.recordings.bag_options import BagOptions
-from stairmap.recordings.bag_stream import BagMessage, DamagedBagError
+from stairmap.recordings.bags.bag import Bag
+from stairmap.recordings.bags.contents import BagContents, read_bag_contents
+from stairmap.recordings.bags.message_decoding import header_of
+from stairmap.recordings.bags.realsense_recorder import is_realsense_topic
+from stairmap.recordings.bags.stream import BagMessage, DamagedBagError
 from stairmap.recordings.base import RecordingProblems, SkippedFrame
 from stairmap.recordings.depth_message import depth_from_message
 from stairmap.recordings.map_up import UP_AUTO, check_up, map_from_recorded_with_up, turned_trajectory
-from stairmap.recordings.message_decoding import header_of
 from stairmap.recordings.pose_coverage import find_implausible_speed, find_pose_coverage
-from stairmap.recordings.realsense_recorder import is_realsense_topic
 from stairmap.recordings.tum_trajectory import load_tum_trajectory
 from stairmap.trajectory import Trajectory
 

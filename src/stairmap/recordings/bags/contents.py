@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stairmap.arrays import IntArray
-from stairmap.recordings.bag_depth import BagDepth, find_bag_depth
-from stairmap.recordings.bag_file import Bag
 from stairmap.recordings.bag_options import BagOptions
-from stairmap.recordings.bag_poses import BagPoses, find_bag_poses
-from stairmap.recordings.bag_scan import BagScan, scan_bag
-from stairmap.recordings.bag_stream import BagTopic
-from stairmap.recordings.bag_topics import (
+from stairmap.recordings.bags.bag import Bag
+from stairmap.recordings.bags.depth import BagDepth, find_bag_depth
+from stairmap.recordings.bags.poses import BagPoses, find_bag_poses
+from stairmap.recordings.bags.scan import BagScan, scan_bag
+from stairmap.recordings.bags.stream import BagTopic
+from stairmap.recordings.bags.topics import (
     ODOMETRY,
     POSES,
     TRANSFORMS,

@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from stairmap.errors import RecordingError
-from stairmap.recordings.bag_stream import CDR, ROS1, BagMessage, BagTopic
+from stairmap.recordings.bags.stream import CDR, ROS1, BagMessage, BagTopic
 
 _TF_MESSAGE = "geometry_msgs/TransformStamped[] transforms\n"
 _BROKEN = (SerdeError, struct.error, ValueError, IndexError, KeyError, AssertionError, MemoryError)

@@ -11,8 +11,8 @@ import pytest
 import bag_files
 from bag_files import DEPTH_TOPIC, OPTICAL, Ros, robot_messages, write_bag
 from small_recordings import write_recording
-from stairmap.recordings.bag import BagRecording
 from stairmap.recordings.bag_options import BagOptions
+from stairmap.recordings.bags.recording import BagRecording
 from stairmap.recordings.image_folder import ImageFolderRecording
 from stairmap.recordings.open import open_recording
 

@@ -9,9 +9,11 @@ import numpy as np
 from stairmap.arrays import DepthImage, Float32Array, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.errors import CalibrationError, RecordingError
-from stairmap.recordings.bag_file import Bag
 from stairmap.recordings.bag_options import BagOptions
-from stairmap.recordings.bag_topics import (
+from stairmap.recordings.bags.bag import Bag
+from stairmap.recordings.bags.message_decoding import header_of
+from stairmap.recordings.bags.realsense_recorder import find_values_per_metre
+from stairmap.recordings.bags.topics import (
     CAMERA_INFO,
     COMPRESSED_IMAGE,
     IMAGE,
@@ -25,8 +27,6 @@ from stairmap.recordings.camera_info import camera_from_info, find_camera_info_o
 from stairmap.recordings.depth_message import depth_from_message
 from stairmap.recordings.depth_png import DamagedImageError
 from stairmap.recordings.depth_scale import MAX_MEDIAN_DEPTH, MIN_MEDIAN_DEPTH, NUM_FRAMES_CHECKED
-from stairmap.recordings.message_decoding import header_of
-from stairmap.recordings.realsense_recorder import find_values_per_metre
 
 MAX_MESSAGES_PEEKED = 300
 """How many images at most are read to learn what the image topics hold."""

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from stairmap.errors import RecordingError
-from stairmap.recordings.bag_stream import BagMessage, BagStream, BagTopic, DamagedBagError
-from stairmap.recordings.indexed_bag import IndexedBag
-from stairmap.recordings.mcap_scan import MCAP_MAGIC, scan_mcap
-from stairmap.recordings.message_decoding import MessageDecoder
-from stairmap.recordings.ros1_bag_scan import ROS1_MAGIC, scan_ros1_bag
-from stairmap.recordings.sequential_bag import ScanBag, SequentialBag
-from stairmap.recordings.sqlite_scan import SQLITE_MAGIC, scan_sqlite
+from stairmap.recordings.bags.indexed import IndexedBag
+from stairmap.recordings.bags.mcap_scan import MCAP_MAGIC, scan_mcap
+from stairmap.recordings.bags.message_decoding import MessageDecoder
+from stairmap.recordings.bags.ros1_scan import ROS1_MAGIC, scan_ros1_bag
+from stairmap.recordings.bags.sequential import ScanBag, SequentialBag
+from stairmap.recordings.bags.sqlite_scan import SQLITE_MAGIC, scan_sqlite
+from stairmap.recordings.bags.stream import BagMessage, BagStream, BagTopic, DamagedBagError
 
 METADATA = "metadata.yaml"
 """The file that makes a folder a rosbag2."""

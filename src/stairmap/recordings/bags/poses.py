@@ -9,8 +9,8 @@ import numpy as np
 
 from stairmap.arrays import Transform
 from stairmap.errors import TrajectoryError, TransformLookupError, TransformProblem
-from stairmap.recordings.bag_scan import PoseTopic, ScannedStretch
-from stairmap.recordings.transform_intake import TransformIntake, guess_map_frame
+from stairmap.recordings.bags.scan import PoseTopic, ScannedStretch
+from stairmap.recordings.bags.transform_intake import TransformIntake, guess_map_frame
 from stairmap.trajectory import MAX_GAP_NS, Trajectory
 
 LookUp = Callable[[int], Transform]

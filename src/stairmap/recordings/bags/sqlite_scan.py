@@ -8,7 +8,7 @@ from contextlib import closing
 from pathlib import Path
 from urllib.parse import quote
 
-from stairmap.recordings.bag_stream import CDR, BagMessage, BagTopic, plain_type
+from stairmap.recordings.bags.stream import CDR, BagMessage, BagTopic, plain_type
 
 SQLITE_MAGIC = b"SQLite format 3\0"
 """First bytes of a file."""

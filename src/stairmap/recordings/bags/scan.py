@@ -10,14 +10,14 @@ import numpy as np
 
 from stairmap.arrays import IntArray, Transform
 from stairmap.errors import RecordingError
-from stairmap.recordings.bag_file import Bag
-from stairmap.recordings.bag_stream import BagMessage
-from stairmap.recordings.bag_topics import TRANSFORMS
-from stairmap.recordings.message_decoding import header_of
-from stairmap.recordings.pose_message import transform_from_pose_message, transforms_from_tf
+from stairmap.recordings.bags.bag import Bag
+from stairmap.recordings.bags.message_decoding import header_of
+from stairmap.recordings.bags.pose_message import transform_from_pose_message, transforms_from_tf
+from stairmap.recordings.bags.stream import BagMessage
+from stairmap.recordings.bags.topics import TRANSFORMS
+from stairmap.recordings.bags.transform_intake import TransformIntake
 from stairmap.recordings.transform_buffer import plain_name
 from stairmap.recordings.transform_history import TransformHistory
-from stairmap.recordings.transform_intake import TransformIntake
 
 MAX_WAITING = 10_000
 """So many poses at most wait for the next depth image."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from stairmap.recordings.bag_file import Bag
+from stairmap.recordings.bags.bag import Bag
 from stairmap.recordings.depth_message import VALUES_PER_METRE
 
 _SENSOR = re.compile(r"(/device_\d+/sensor_\d+)/")
