@@ -151,7 +151,13 @@ class PageFile:
         return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
     def _scene(self) -> dict[str, Any]:
-        viewpoint = find_viewpoint(self._stairways, self._positions)
+        # Far outliers of the cloud must not decide from where it is looked at, nor its colours.
+        inner = (
+            np.percentile(self._cloud.points, [3, 97], axis=0)
+            if len(self._cloud.points)
+            else np.empty((0, 3))
+        )
+        viewpoint = find_viewpoint(self._stairways, np.concatenate([self._positions, inner]))
         origin = viewpoint.target
         step = max(len(self._positions) // MAX_WAY_POINTS, 1)
         way = self._positions[::step]
@@ -159,7 +165,7 @@ class PageFile:
         surfaces = [stairway_solid(stairway) for stairway in self._stairways]
         floor = min(
             (float(stairway.flights[0].base[2]) for stairway in self._stairways),
-            default=float(np.percentile(self._cloud.points[:, 2], 1)) if len(self._cloud.points) else 0.0,
+            default=float(inner[0, 2]) if len(inner) else 0.0,
         )
         known = np.concatenate(
             [self._positions, self._cloud.points, *(s.surface()[0] for s in self._stairways)]
@@ -168,6 +174,7 @@ class PageFile:
             "grid": [(known.min(axis=0) - origin).tolist(), (known.max(axis=0) - origin).tolist()],
             "eye": (_FARTHER * (viewpoint.eye - origin)).tolist(),
             "floor": floor - origin[2],
+            "heights": (inner[:, 2] - origin[2]).tolist() if len(inner) else [0.0, 1.0],
             "cloud": _encode_cloud(self._cloud.points - origin, self._cloud.voxel_size),
             "layers": [
                 {"name": "steps", "meshes": [_mesh(part - origin, SURFACE_COLOR) for part in surfaces]},

@@ -47,8 +47,8 @@ out vec4 pixel;
 void main() {
   vec2 offset = gl_PointCoord - 0.5;
   if (dot(offset, offset) > 0.25) discard;
-  float share = clamp((height - heights.x) / (heights.y - heights.x), 0.0, 1.0);
-  pixel = vec4(mix(vec3(0.33, 0.44, 0.56), vec3(0.66, 0.73, 0.79), share), 1.0);
+  float share = clamp((height - heights.x) / max(heights.y - heights.x, 0.1), 0.0, 1.0);
+  pixel = vec4(mix(vec3(0.24, 0.36, 0.50), vec3(0.70, 0.77, 0.83), share), 1.0);
 }`;
 
 const LINE_FRAGMENT = `#version 300 es
@@ -84,7 +84,7 @@ class Renderer {
     }));
     const steps = new Uint16Array(bytesFromBase64(scene.cloud.positions).buffer);
     this.cloud = { ...scene.cloud, visible: true, ...this.vertices(steps, gl.UNSIGNED_SHORT, true) };
-    this.heights = [scene.floor - 0.2, scene.floor + 3.5];
+    this.heights = scene.heights;
     this.grid = this.vertices(this.gridLines(scene), gl.FLOAT, false);
   }
 
