@@ -11,6 +11,7 @@ import typer
 import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.numbered_frames import numbered_frames
+from stairmap.cli.opening import open_requested
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress, counted
 from stairmap.cli.requests import DetectRequest
@@ -20,7 +21,6 @@ from stairmap.export.recording_reference import RECORDING_FILE, RecordingReferen
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
 from stairmap.pipeline import Detector, StairwayPipeline
 from stairmap.recordings.base import Recording
-from stairmap.recordings.open import open_recording
 from stairmap.visualization.collecting import ReportCollector, RuleStatistics
 from stairmap.visualization.overlay import draw_detection, png_from_image
 
@@ -38,7 +38,7 @@ def detect_recording(request: DetectRequest) -> int:
     """
     given = request.input
     config = load_config(given.config_file, given.overrides)
-    recording = open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
+    recording = open_requested(given)
     loop = _DetectLoop(recording, StairwayPipeline(config, method=given.method).detector)
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
         folder.log(f"stairmap {stairmap.__version__} detect {given.recording} --method {given.method}")

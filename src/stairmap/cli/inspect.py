@@ -18,6 +18,7 @@ from stairmap.cli.bag_listing import (
 from stairmap.cli.inspection import FrameStatistics, measure_frames
 from stairmap.cli.interrupts import noted_interrupts
 from stairmap.cli.numbered_frames import numbered_frames
+from stairmap.cli.opening import open_requested
 from stairmap.cli.requests import InspectRequest
 from stairmap.config import load_config
 from stairmap.detection.observation import Detection
@@ -27,7 +28,6 @@ from stairmap.frame import DepthFrame
 from stairmap.pipeline import StairwayPipeline
 from stairmap.recordings.bags.recording import BagRecording
 from stairmap.recordings.base import Recording
-from stairmap.recordings.open import open_recording
 from stairmap.visualization.overlay import describe_detection, draw_trace, png_from_image
 
 
@@ -57,7 +57,7 @@ def _open(request: InspectRequest) -> Recording:
     """Open a recording; of a bag that cannot be used tell at least which topics it has."""
     given = request.input
     try:
-        return open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
+        return open_requested(given)
     except StairmapError:
         topics = describe_topics(find_topics(given.recording))
         if topics and request.as_json:

@@ -7,10 +7,13 @@ import time
 from types import TracebackType
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 _PERIOD = 0.1
 """Time between two updates, s."""
+
+_PATIENCE = 0.5
+"""What takes no longer, s, needs no bar."""
 
 
 class FrameProgress:
@@ -73,6 +76,49 @@ class FrameProgress:
         parts = [f"frame {self._count}/{self._num_frames or '?'}"]
         parts += [f"{self._count / seconds:.0f} fps"] if self._count and seconds > 0 else []
         return " · ".join([*parts, *([found] if found else [])])
+
+
+class OpeningProgress:
+    """Shows how far the opening of a recording is; nothing if it takes no time, or without a terminal.
+
+    Parameters
+    ----------
+    name
+        Of the recording.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            console=Console(stderr=True),
+            transient=True,
+            disable=not sys.stderr.isatty(),
+        )
+        self._started = time.monotonic()
+        self._task: TaskID | None = None
+
+    def __enter__(self) -> OpeningProgress:
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._progress.stop()
+
+    def update(self, count: int, total: int) -> None:
+        """Tell how many of how many messages were read."""
+        if self._task is None:
+            if time.monotonic() - self._started < _PATIENCE:
+                return
+            self._progress.start()
+            self._task = self._progress.add_task("", total=total)
+        description = f"reading {self._name} · message {count}/{total}"
+        self._progress.update(self._task, completed=count, total=total, description=description)
 
 
 def counted(number: int, singular: str) -> str:

@@ -11,6 +11,7 @@ import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.level_map import LevelMap, find_level_map
 from stairmap.cli.odometry import config_with_drift, open_with_odometry
+from stairmap.cli.opening import open_requested
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import counted
 from stairmap.cli.requests import RunRequest
@@ -24,7 +25,6 @@ from stairmap.export.verdicts import VERDICT_COLUMNS, verdict_cells
 from stairmap.navigation.robot_profile import load_robot
 from stairmap.navigation.traversability import Assessment, assess
 from stairmap.recordings.base import Recording, RecordingProblems
-from stairmap.recordings.open import open_recording
 
 
 def run_recording(request: RunRequest) -> int:
@@ -80,7 +80,7 @@ def _open(request: RunRequest, config: Config) -> tuple[Recording, str | None, C
     if request.with_odometry:
         recording = open_with_odometry(given)
         return recording, recording.up, config_with_drift(config, recording.odometry)
-    opened = open_recording(given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag)
+    opened = open_requested(given)
     return opened, given.up, config
 
 

@@ -8,7 +8,7 @@ single frames needs none. Ask ``trajectory.has_pose`` before using one in a map.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -16,6 +16,9 @@ from stairmap.arrays import Transform
 from stairmap.camera import PinholeCamera
 from stairmap.frame import DepthFrame
 from stairmap.trajectory import Trajectory
+
+WatchOpening = Callable[[int, int], None]
+"""Called now and then while a recording is opened: how many of how many messages were read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from stairmap.errors import RecordingError
 from stairmap.recordings.bag_options import BagOptions
-from stairmap.recordings.base import Recording
+from stairmap.recordings.base import Recording, WatchOpening
 from stairmap.recordings.image_folder import CAMERA_FILE, DEPTH_LIST, ImageFolderRecording
 
 _FOLDER_PARTS = (
@@ -28,7 +28,12 @@ _UNSUPPORTED_FILES = {
 
 
 def open_recording(
-    path: Path, *, trajectory: Path | None = None, up: str | None = None, bag: BagOptions | None = None
+    path: Path,
+    *,
+    trajectory: Path | None = None,
+    up: str | None = None,
+    bag: BagOptions | None = None,
+    watch: WatchOpening | None = None,
 ) -> Recording:
     """Open a recording.
 
@@ -43,6 +48,8 @@ def open_recording(
         ``auto`` leaves the poses as they are and the frames without ``up``: the floor tells.
     bag
         What to take of a bag, where it cannot be guessed.
+    watch
+        Is told how far the reading of a bag at opening is, which may take a second per gigabyte.
 
     Raises
     ------
@@ -60,13 +67,20 @@ def open_recording(
                 )
             return ImageFolderRecording(path, trajectory=trajectory, up=up)
         if path.exists():
-            return _open_bag(path, trajectory=trajectory, up=up, options=options)
+            return _open_bag(path, trajectory=trajectory, up=up, options=options, watch=watch)
     except OSError as error:
         raise RecordingError(f"cannot open {path}: {error.strerror}") from error
     raise RecordingError(f"expected a recording, but there is no {path}; check the path")
 
 
-def _open_bag(path: Path, *, trajectory: Path | None, up: str | None, options: BagOptions) -> Recording:
+def _open_bag(
+    path: Path,
+    *,
+    trajectory: Path | None,
+    up: str | None,
+    options: BagOptions,
+    watch: WatchOpening | None,
+) -> Recording:
     # The readers of bags take a tenth of a second to load, which an image folder need not wait for.
     from stairmap.recordings.bags.bag import METADATA, is_bag  # noqa: PLC0415
     from stairmap.recordings.bags.recording import BagRecording  # noqa: PLC0415
@@ -76,7 +90,7 @@ def _open_bag(path: Path, *, trajectory: Path | None, up: str | None, options: B
     if trajectory is not None and (options.pose_topic or options.map_frame):
         raise RecordingError("--trajectory gives all poses; leave --pose-topic and --map-frame out")
     folder = path.parent if path.name == METADATA else path
-    return BagRecording(folder, trajectory=trajectory, up=up, options=options)
+    return BagRecording(folder, trajectory=trajectory, up=up, options=options, watch=watch)
 
 
 def _describe_file(path: Path) -> str:

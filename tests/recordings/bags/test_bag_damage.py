@@ -133,3 +133,35 @@ def test_bag_cut_off_before_its_first_message_is_refused(tmp_path: Path, walk: I
         with pytest.raises(RecordingError, match=r"expected messages in .*, but it has none: .* is cut off"):
             open_recording(path)
         path.unlink()
+
+
+def test_metadata_that_names_a_file_that_is_not_there_costs_nothing_else(
+    tmp_path: Path, walk: ImageFolderRecording
+) -> None:
+    path, file = written(tmp_path, "sqlite", walk)
+    metadata = path / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace(file.name, "walk_7.db3"))
+    recording = open_recording(path)
+    assert sum(1 for _ in recording) == 4
+    assert recording.problems.notes[0].startswith(
+        "metadata.yaml does not fit the files, which are read without"
+    )
+
+
+def test_file_of_a_bag_with_compressed_messages_is_read_without_its_folder(
+    tmp_path: Path, walk: ImageFolderRecording
+) -> None:
+    path, file = written(tmp_path, "sqlite_zstd_messages", walk)
+    (path / "metadata.yaml").unlink()
+    for name in (path, file):
+        recording = open_recording(name)
+        assert sum(1 for _ in recording) == 4
+        assert recording.problems.to_lines() == ()
+
+
+def test_opening_tells_how_far_it_is(tmp_path: Path, long_walk: ImageFolderRecording) -> None:
+    path, _ = written(tmp_path, "bare_mcap", long_walk)
+    told: list[tuple[int, int]] = []
+    open_recording(path, watch=lambda count, total: told.append((count, total)))
+    # Depth, two transforms a frame, and the static ones.
+    assert told == [(0, 3 * NUM_FRAMES + 1)]

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from stairmap.errors import RecordingError
+from stairmap.recordings.bags.decompression import ZSTD_MAGIC, decompress_zstd
 from stairmap.recordings.bags.indexed import IndexedBag
 from stairmap.recordings.bags.mcap_scan import MCAP_MAGIC, scan_mcap
 from stairmap.recordings.bags.message_decoding import MessageDecoder
 from stairmap.recordings.bags.ros1_scan import ROS1_MAGIC, scan_ros1_bag
 from stairmap.recordings.bags.sequential import ScanBag, SequentialBag
 from stairmap.recordings.bags.sqlite_scan import SQLITE_MAGIC, scan_sqlite
-from stairmap.recordings.bags.stream import BagMessage, BagStream, BagTopic, DamagedBagError
+from stairmap.recordings.bags.stream import CDR, BagMessage, BagStream, BagTopic, DamagedBagError
 
 METADATA = "metadata.yaml"
 """The file that makes a folder a rosbag2."""
@@ -44,6 +46,7 @@ class Bag:
         self.path = path
         self._files = _find_files(path)
         self._decoder = MessageDecoder()
+        self._notes: list[str] = []
         self._stream = self._open()
         if not any(topic.num_messages for topic in self._stream.topics):
             raise RecordingError(f"expected messages in {path}, but it has none{self._reason()}")
@@ -61,9 +64,10 @@ class Bag:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A sentence if some of the bag is lost."""
+        """What is lost of the bag, or does not fit, one sentence each."""
         damage = self._stream.damage
-        return (f"{damage}; all that can be read is used",) if damage else ()
+        notes = [*self._notes, *([f"{damage}; all that can be read is used"] if damage else [])]
+        return tuple(notes)
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Read the messages of some topics from the beginning, in the order in which they were recorded.
@@ -73,7 +77,12 @@ class Bag:
         DamagedBagError
             If the bag cannot be read on; after ``read_in_order`` it can.
         """
-        return self._stream.messages(names)
+        for message in self._stream.messages(names):
+            # A file of a bag whose messages are compressed one by one does not say so, only its folder does.
+            if message.topic.encoding == CDR and message.data.startswith(ZSTD_MAGIC):
+                yield replace(message, data=_decompressed(message))
+            else:
+                yield message
 
     def decode(self, message: BagMessage) -> Any:
         """Return an object with the fields of a message; see ``MessageDecoder.decode``."""
@@ -90,8 +99,11 @@ class Bag:
             return self._open_in_order()
         try:
             return IndexedBag([folder] if folder is not None else self._files, is_ros1=is_ros1)
-        except DamagedBagError:
-            return self._open_in_order()
+        except DamagedBagError as error:
+            stream = self._open_in_order()
+            if folder is not None and stream.damage is None:
+                self._notes.append(f"{METADATA} does not fit the files, which are read without it: {error}")
+            return stream
 
     def _open_in_order(self) -> BagStream:
         scan = _SCANS.get(_magic(self._files[0]))
@@ -104,6 +116,13 @@ class Bag:
 
     def _reason(self) -> str:
         return f": {self._stream.damage}" if self._stream.damage else ""
+
+
+def _decompressed(message: BagMessage) -> bytes:
+    try:
+        return decompress_zstd(message.data)
+    except ValueError:
+        return b""
 
 
 def is_bag(path: Path) -> bool:

@@ -20,6 +20,7 @@ from stairmap.recordings.bags.topics import (
     topics_of_type,
     transform_topics,
 )
+from stairmap.recordings.base import WatchOpening
 
 MAX_SILENCE_NS = 2_000_000_000
 """Depth that ends earlier than this before the bag does, nanoseconds, has stopped half-way."""
@@ -57,7 +58,9 @@ class BagContents:
     notes: tuple[str, ...]
 
 
-def read_bag_contents(bag: Bag, options: BagOptions, *, with_poses: bool) -> BagContents:
+def read_bag_contents(
+    bag: Bag, options: BagOptions, *, with_poses: bool, watch: WatchOpening | None = None
+) -> BagContents:
     """Read all of a bag but the images.
 
     Parameters
@@ -68,6 +71,8 @@ def read_bag_contents(bag: Bag, options: BagOptions, *, with_poses: bool) -> Bag
         What to take of it where it cannot be guessed.
     with_poses
         Whether its poses are wanted.
+    watch
+        Is told how far the reading is.
 
     Raises
     ------
@@ -83,6 +88,7 @@ def read_bag_contents(bag: Bag, options: BagOptions, *, with_poses: bool) -> Bag
         map_frame=options.map_frame,
         transform_topics=[topic.name for topic in transforms],
         pose_topics=[topic.name for topic in poses],
+        watch=watch,
     )
     chosen = next((topic for topic in (*transforms, *poses) if _is_named(topic, options.pose_topic)), None)
     found = find_bag_poses(

@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import struct
-import sys
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
-from lz4.frame import decompress as decompress_lz4
-
+from stairmap.recordings.bags.decompression import decompress_lz4, decompress_zstd
 from stairmap.recordings.bags.stream import BagMessage, BagTopic, plain_type
-
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 """First bytes of a file."""
@@ -25,7 +18,7 @@ _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x02, 0x03, 0x04, 0x05
 _DECOMPRESS: dict[str, Callable[[bytes], bytes]] = {
     "": bytes,
     "lz4": decompress_lz4,
-    "zstd": zstd.decompress,
+    "zstd": decompress_zstd,
 }
 
 
@@ -94,7 +87,7 @@ def _read_chunk(record: bytes, contents: _Contents, losses: list[str]) -> Iterat
         compression = _text(stream)
         size = _number(stream, 8)
         chunk = BytesIO(_DECOMPRESS[compression](stream.read(size)))
-    except Exception:  # each decompressor has errors of its own
+    except (KeyError, ValueError, RuntimeError):
         if "is cut off at its end" not in losses:
             losses.append("has a chunk that is corrupt")
         return

@@ -17,7 +17,7 @@ from stairmap.recordings.bags.contents import BagContents, read_bag_contents
 from stairmap.recordings.bags.message_decoding import header_of
 from stairmap.recordings.bags.realsense_recorder import is_realsense_topic
 from stairmap.recordings.bags.stream import BagMessage, DamagedBagError
-from stairmap.recordings.base import RecordingProblems, SkippedFrame
+from stairmap.recordings.base import RecordingProblems, SkippedFrame, WatchOpening
 from stairmap.recordings.depth_message import depth_from_message
 from stairmap.recordings.map_up import UP_AUTO, check_up, map_from_recorded_with_up, turned_trajectory
 from stairmap.recordings.pose_coverage import find_implausible_speed, find_pose_coverage
@@ -41,6 +41,8 @@ class BagRecording:
         Axis of the map's coordinate frame that points up (``+z`` if not given), or ``auto``.
     options
         What to take of the bag where it cannot be guessed.
+    watch
+        Is told how far the reading at opening is.
 
     Raises
     ------
@@ -59,12 +61,13 @@ class BagRecording:
         trajectory: Path | None = None,
         up: str | None = None,
         options: BagOptions | None = None,
+        watch: WatchOpening | None = None,
     ) -> None:
         up = None if up is None else check_up(up)
         self._bag = Bag(path)
         options = options or BagOptions()
         loaded = None if trajectory is None else load_tum_trajectory(trajectory)
-        self._contents = self._read_contents(options, with_poses=loaded is None)
+        self._contents = self._read_contents(options, loaded is None, watch)
         self._own_poses = loaded is None
         notes = list(self._contents.notes)
         poses = self._contents.poses.trajectory if loaded is None else loaded
@@ -201,12 +204,14 @@ class BagRecording:
                 f"{skipped[0]}"
             )
 
-    def _read_contents(self, options: BagOptions, *, with_poses: bool) -> BagContents:
+    def _read_contents(
+        self, options: BagOptions, with_poses: bool, watch: WatchOpening | None
+    ) -> BagContents:
         try:
-            return read_bag_contents(self._bag, options, with_poses=with_poses)
+            return read_bag_contents(self._bag, options, with_poses=with_poses, watch=watch)
         except DamagedBagError:
             self._bag.read_in_order()
-            return read_bag_contents(self._bag, options, with_poses=with_poses)
+            return read_bag_contents(self._bag, options, with_poses=with_poses, watch=watch)
 
     def _images(self) -> Iterator[BagMessage]:
         """The messages of the stretch that counts."""

@@ -9,8 +9,7 @@ from io import SEEK_CUR, BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
-from lz4.frame import decompress as decompress_lz4
-
+from stairmap.recordings.bags.decompression import decompress_lz4
 from stairmap.recordings.bags.stream import ROS1, BagMessage, BagTopic, plain_type
 
 ROS1_MAGIC = b"#ROSBAG V2.0\n"

@@ -16,11 +16,15 @@ from stairmap.recordings.bags.pose_message import transform_from_pose_message, t
 from stairmap.recordings.bags.stream import BagMessage
 from stairmap.recordings.bags.topics import TRANSFORMS
 from stairmap.recordings.bags.transform_intake import TransformIntake
+from stairmap.recordings.base import WatchOpening
 from stairmap.recordings.transform_buffer import plain_name
 from stairmap.recordings.transform_history import TransformHistory
 
 MAX_WAITING = 10_000
 """So many poses at most wait for the next depth image."""
+
+WATCH_EVERY = 100
+"""Messages between two reports of how far a pass is."""
 
 MAX_STEP_BACK_NS = 1_000_000_000
 """A stamp that is earlier than the latest by more than this, nanoseconds, means that the clock was reset."""
@@ -124,6 +128,7 @@ def scan_bag(
     map_frame: str | None,
     transform_topics: Collection[str],
     pose_topics: Collection[str],
+    watch: WatchOpening | None = None,
 ) -> BagScan:
     """Read the headers of all depth images and all poses.
 
@@ -137,6 +142,8 @@ def scan_bag(
         Coordinate frame that the user wants as the map.
     transform_topics, pose_topics
         Topics of ``TFMessage``, and of odometry or stamped poses.
+    watch
+        Is told how far the pass is.
 
     Raises
     ------
@@ -146,7 +153,11 @@ def scan_bag(
     stretches = [ScannedStretch(TransformIntake(frame_id, also=map_frame), 0)]
     waiting: list[BagMessage] = []
     depth_end_ns = end_ns = num_images = 0
-    for message in bag.messages({depth_topic, *transform_topics, *pose_topics}):
+    names = {depth_topic, *transform_topics, *pose_topics}
+    total = sum(topic.num_messages for topic in bag.topics if topic.name in names)
+    for count, message in enumerate(bag.messages(names)):
+        if watch is not None and count % WATCH_EVERY == 0:
+            watch(count, total)
         stretch = stretches[-1]
         end_ns = max(end_ns, message.recorded_ns)
         if message.topic.name != depth_topic:
