@@ -80,7 +80,7 @@ def measure(folder: Path, drive: Path, arguments: argparse.Namespace) -> str:
         time.sleep(3.0)
         listener = subprocess.Popen([*on_other_core, "listen", str(out), str(total + 3.0)], env=variables)
         time.sleep(2.0)
-        memory: list[tuple[float, float]] = []
+        memory: list[tuple[float, float, float]] = []
         stop = threading.Event()
         sampler = threading.Thread(target=sample_memory, args=(node.pid, memory, stop))
         camera = subprocess.Popen([*on_other_core, "publish", str(drive), str(total)], env=variables)
@@ -122,9 +122,18 @@ def describe(
                 f"{np.percentile(delays, 95):.1f}",
                 f"{delays.max():.0f}",
                 f"{memory[of_time, 1].mean():.1f}",
+                f"{memory[of_time, 2].mean():.1f}",
             ]
         )
-    header = ("seconds", "images answered per s", "delay ms", "95 %", "longest", "node's memory, MB")
+    header = (
+        "seconds",
+        "images answered per s",
+        "delay ms",
+        "95 %",
+        "longest",
+        "own memory, MB",
+        "with libraries and shared, MB",
+    )
     note = (
         "The node on one processor core, a camera that publishes depth of 640×480 (16UC1, best effort), "
         f"camera_info and TF at {RATE:.0f} Hz and a listener on another; the robot comes up to a stairway "
@@ -146,13 +155,13 @@ def describe_versions() -> str:
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
 
-def sample_memory(pid: int, memory: list[tuple[float, float]], stop: threading.Event) -> None:
-    """Note the resident memory of a process once per second, MB."""
+def sample_memory(pid: int, memory: list[tuple[float, float, float]], stop: threading.Event) -> None:
+    """Note a process's memory once per second: time, its own, and with what it shares, MB."""
     start = time.monotonic()
     while not stop.wait(1.0):
-        for line in Path(f"/proc/{pid}/status").read_text(encoding="utf-8").splitlines():
-            if line.startswith("VmRSS"):
-                memory.append((time.monotonic() - start, int(line.split()[1]) / 1024))
+        lines = Path(f"/proc/{pid}/status").read_text(encoding="utf-8").splitlines()
+        sizes = {line.split()[0]: int(line.split()[1]) / 1024 for line in lines if line.endswith(" kB")}
+        memory.append((time.monotonic() - start, sizes["RssAnon:"], sizes["VmRSS:"]))
 
 
 def processor_seconds(pid: int) -> float:

@@ -7,6 +7,7 @@ never falls behind, and messages are taken in while an image is looked at.
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from threading import Lock, Thread
 from typing import Any
 
@@ -53,7 +54,7 @@ class StairmapNode(Node):
         self._map_file = check_map_file(self._own.map_file)
         self._saved_version = 0
         if self._map_file is not None:
-            self._go_on_from_file()
+            self._go_on_from_file(self._map_file)
         self._buffer = TransformBuffer(max_age_ns=MAX_AGE_NS)
         self._pending: PendingFrames[Any] = PendingFrames(max_wait=self._own.max_transform_wait)
         self._jumps = TimeJumps()
@@ -91,16 +92,14 @@ class StairmapNode(Node):
             self._status.set_problem(str(error))
             self.get_logger().error(str(error), throttle_duration_sec=60.0)
 
-    def _go_on_from_file(self) -> None:
-        num_images = load_map(self._map_file, self._map, map_frame=self._own.map_frame)
+    def _go_on_from_file(self, file: Path) -> None:
+        num_images = load_map(file, self._map, map_frame=self._own.map_frame)
         self._saved_version = self._map.version
         if num_images:
             num_stairways = len(self._map.stairways())
-            self.get_logger().info(
-                f"goes on from {self._map_file}: {num_images} images, {num_stairways} stairways"
-            )
+            self.get_logger().info(f"goes on from {file}: {num_images} images, {num_stairways} stairways")
         else:
-            self.get_logger().info(f"new map, to be kept in {self._map_file}")
+            self.get_logger().info(f"new map, to be kept in {file}")
 
     def _subscribe(self) -> None:
         reliability = ReliabilityPolicy[self._own.reliability.upper()]
