@@ -84,12 +84,12 @@ def stairmap(*arguments: str | Path) -> None:
 
 PLANS = {
     "institute_var2": ("spot", "--from", "19,6,0", "--to", "21,9.5,3"),
-    "hospital": ("b2", "--allow-unknown", "--from", "-3.6,20,0", "--to", "-11,20.4,1"),
+    "hospital": ("b2", "--allow-unknown", "--from", "-3.6,20,0", "--to", "-11,20.4,3"),
 }
 
 
 def main(buildings: Path, folder: Path) -> None:
-    """Simulate, run, check, plan and export in each building."""
+    """Simulate, run, check, plan and export in each building; ``show_exports.py`` then reads the exports."""
     for name, make_route in ROUTES.items():
         recording, run, plan = folder / name, folder / f"{name}_run", folder / f"{name}_plan"
         scene = replace(make_scene(f"building:{name}", 1, buildings=buildings), route=make_route())
@@ -107,7 +107,10 @@ def main(buildings: Path, folder: Path) -> None:
         )  # fmt: skip
         stairmap("plan", run, "--recording", recording, "--robot", robot, *way, "-o", plan)
         stairmap("plan", run, "--recording", recording, "--robot", robot, "--allow-unknown")
-        stairmap("export", run, "-f", "nav2-graph", "-f", "keepout", "-f", "ifc", "-f", "obj")
+        stairmap(
+            "export", run, "-f", "nav2-graph", "-f", "keepout", "-f", "osm", "-f", "ifc", "-f", "ply",
+            "-f", "obj", "--anchor", "49.1,8.43,90",
+        )  # fmt: skip
         shutil.copy(plan / "plan.png", IMAGES / f"navigation-{name}-plan.png")
 
 
