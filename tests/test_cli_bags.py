@@ -136,3 +136,15 @@ def test_cut_off_bag_is_run_and_the_loss_is_told(folder: Path, tmp_path: Path) -
     problems = json.loads(outcome.stdout)["problems"]
     assert any("walk.bag is cut off at its end; all that can be read is used" in line for line in problems)
     assert json.loads(outcome.stdout)["stairways"]
+
+
+def test_plan_opens_the_bag_as_the_run_did(folder: Path, tmp_path: Path) -> None:
+    ros = Ros("mcap")
+    messages = robot_messages(ros, ImageFolderRecording(folder))
+    other = [(at, f"/rear{topic}", one) for at, topic, one in messages if topic == DEPTH_TOPIC]
+    bag = write_bag(tmp_path, "bare_mcap", ros, [*messages, *other])
+    check_refused(stairmap("run", bag, "-o", tmp_path / "run"), "2 topics with depth images", "--depth-topic")
+    outcome = stairmap("run", bag, "-o", tmp_path / "run", "--depth-topic", DEPTH_TOPIC, *QUIET)
+    assert outcome.code == 0, outcome.stderr
+    outcome = stairmap("plan", tmp_path / "run", "--recording", bag, "-o", tmp_path / "plan")
+    assert outcome.code == 0, outcome.stderr

@@ -15,6 +15,7 @@ from stairmap.cli.requests import PlanRequest
 from stairmap.cli.run_results import load_building
 from stairmap.errors import ConfigError, OutputError
 from stairmap.export.nav2 import dump_json
+from stairmap.export.recording_reference import load_recording_reference
 from stairmap.export.results import null_for_nan
 from stairmap.navigation.exploration import Candidate, find_candidates
 from stairmap.navigation.floors import FloorStack
@@ -24,6 +25,7 @@ from stairmap.navigation.occupancy import OccupancyGrid, dump_map, load_map
 from stairmap.navigation.planner import FloorPlanner, Route
 from stairmap.navigation.portals import Portal, make_portals, note_obstacles
 from stairmap.navigation.robot_profile import load_robot
+from stairmap.recordings.base import Recording
 from stairmap.recordings.open import open_recording
 from stairmap.trajectory import Trajectory
 from stairmap.visualization.floor_map import draw_floor_maps
@@ -83,15 +85,23 @@ def _load_grids(
             raise ConfigError(
                 f"{request.run} has no trajectory.tum, so --recording cannot be placed; pass --map"
             )
-        mapped = _map_recording(request.recording, floors, trajectory)
+        mapped = _map_recording(_open(request.run, request.recording), floors, trajectory)
         grids = {**mapped, **grids}
     if not grids:
-        raise ConfigError("there is no map to plan on; pass --recording DIR or --map LEVEL=FILE")
+        raise ConfigError("there is no map to plan on; pass --recording PATH or --map LEVEL=FILE")
     return grids
 
 
-def _map_recording(path: Path, floors: FloorStack, trajectory: Trajectory) -> dict[int, OccupancyGrid]:
-    recording = open_recording(path)
+def _open(run: Path, path: Path) -> Recording:
+    """Open a recording as the run did, if it is the same one."""
+    reference = load_recording_reference(run) if run.is_dir() else None
+    same = reference is not None and reference.path == path.resolve()
+    return reference.open() if reference is not None and same else open_recording(path)
+
+
+def _map_recording(
+    recording: Recording, floors: FloorStack, trajectory: Trajectory
+) -> dict[int, OccupancyGrid]:
     builder = GridBuilder(floors)
     with FrameProgress(recording.num_frames) as progress:
         for frame in recording:

@@ -147,7 +147,7 @@ def test_missing_mount_is_told_with_the_coordinate_frames_there_are(
     messages = [*transform_messages(ROS, walk), *depth_messages(ROS, walk)]
     text = refusal(opened(tmp_path / "a", messages))
     assert f"no transform names the depth images' coordinate frame {OPTICAL}" in text
-    assert "the coordinate frames are: base_link, map, odom" in text
+    assert "the coordinate frames are: base_link, map, odom, and there is no /tf_static" in text
     text = refusal(opened(tmp_path / "b", [*messages, *odometry_messages(walk)], pose_topic="/odom"))
     assert "/odom has poses of base_link, but no transform tells where on it the camera" in text
 

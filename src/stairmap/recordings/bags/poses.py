@@ -92,7 +92,10 @@ def _without_poses(problem: str, notes: list[str]) -> BagPoses:
 
 def _describe_frames(intake: TransformIntake) -> str:
     names = intake.coordinate_frames
-    return f"the coordinate frames are: {', '.join(names)}" if names else "the bag has no transforms"
+    if not names:
+        return "the bag has no transforms"
+    missing = "" if intake.has_static else ", and there is no /tf_static"
+    return f"the coordinate frames are: {', '.join(names)}{missing}"
 
 
 def _guarded_lookup(stretch: ScannedStretch, frame: str) -> LookUp:

@@ -38,6 +38,11 @@ class TransformIntake:
         self._latest: dict[str, tuple[str, int, Transform]] = {}
 
     @property
+    def has_static(self) -> bool:
+        """Whether there is any static transform."""
+        return bool(self._static)
+
+    @property
     def coordinate_frames(self) -> tuple[str, ...]:
         """Names of all coordinate frames, sorted."""
         return tuple(sorted(self._frames))
