@@ -15,7 +15,7 @@ from depth_drives import STAIRS, frames_at, poses_towards_stairs
 from stairmap.export.loading import load_detections, load_stairways
 from stairmap.recordings.open import open_recording
 
-pytest.importorskip("pyrealsense2")
+pytest.importorskip("pyrealsense2", exc_type=ImportError)
 
 from software_realsense import SoftwareRealSense
 

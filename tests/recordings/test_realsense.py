@@ -15,7 +15,7 @@ from stairmap.errors import CalibrationError, MissingPackageError, RecordingErro
 from stairmap.frame import DepthFrame
 from stairmap.recordings.realsense import RealSenseCamera, depth_from_counts, open_realsense
 
-pytest.importorskip("pyrealsense2")
+pytest.importorskip("pyrealsense2", exc_type=ImportError)
 
 from software_realsense import DEPTH_UNIT, SoftwareRealSense
 

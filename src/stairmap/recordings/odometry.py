@@ -21,16 +21,16 @@ from stairmap.transforms import rotation_between, transform_from_parts
 MIN_FRAMES = 3
 """Fewest frames of a piece of trajectory that is of any use."""
 
-DRIFT = 0.03
+DRIFT = 0.04
 """Drift of a determined motion, m per m: measured, see docs/odometry.md."""
 
-UNDETERMINED_DRIFT = 0.25
+UNDETERMINED_DRIFT = 0.4
 """Drift of a motion that the view does not determine, m per m: measured, see docs/odometry.md."""
 
-HEADING_DRIFT_DEG = 0.6
+HEADING_DRIFT_DEG = 1.2
 """Drift of the heading of a determined motion, deg per m: measured."""
 
-UNDETERMINED_HEADING_DRIFT_DEG = 2.5
+UNDETERMINED_HEADING_DRIFT_DEG = 6.0
 """Drift of the heading where the view does not determine the motion, deg per m: measured."""
 
 

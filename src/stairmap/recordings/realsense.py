@@ -63,7 +63,7 @@ def open_realsense(*, serial: str | None = None, playback: Path | None = None) -
     MissingPackageError
         Without the package pyrealsense2.
     RecordingError
-        If there is no such camera, or several and none was named; the message says which there are.
+        If that package cannot be loaded, there is no such camera, or several and none was named; the message says which there are.
     """
     library = _library()
     context = library.context()
@@ -248,5 +248,10 @@ def depth_from_counts(counts: np.ndarray[Any, Any], unit: float) -> DepthImage:
 def _library() -> Any:
     try:
         return importlib.import_module("pyrealsense2")
-    except ImportError as error:
+    except ModuleNotFoundError as error:
         raise MissingPackageError("pyrealsense2", "realsense", "a RealSense camera") from error
+    except ImportError as error:
+        raise RecordingError(
+            f"pyrealsense2 is installed but cannot be loaded: {error}; "
+            "on Debian and Ubuntu: apt install libusb-1.0-0"
+        ) from error
