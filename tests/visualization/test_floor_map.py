@@ -58,7 +58,7 @@ def test_verdicts_stand_in_words_with_the_measure_that_decides():
     figure = draw_verdicts(
         [STAIRWAY],
         [assess(STAIRWAY, robot) for robot in robots],
-        [check_code(STAIRWAY, load_code("uk_k_utility"))],
+        [check_code(STAIRWAY, load_code("ibc_dwelling"))],
     )
     text = texts(figure)
     for word in (
