@@ -117,3 +117,8 @@ def test_poses_from_a_file_and_from_depth_are_not_both_taken():
     check_no_trajectory(False)
     with pytest.raises(RecordingError, match="--trajectory or --odometry, got both"):
         check_no_trajectory(True)
+
+
+def test_a_single_image_has_no_motion(make_opened):
+    with pytest.raises(TrajectoryError, match="at least 3 frames, got 1; look at single frames"):
+        OdometryRecording(make_opened(frames_at(POSES[:1])))

@@ -140,6 +140,11 @@ class PieceCollector:
         """
         num_frames = sum(self._counts.values())
         num_few, num_lost = self._counts[TrackState.TOO_FEW_POINTS], self._counts[TrackState.LOST]
+        if num_frames < MIN_FRAMES:
+            raise TrajectoryError(
+                f"--odometry: expected at least {MIN_FRAMES} frames, got {num_frames}; "
+                "look at single frames with: stairmap detect"
+            )
         if len(self._longest) < MIN_FRAMES:
             raise TrajectoryError(
                 f"--odometry: expected at least {MIN_FRAMES} successive frames that fit together, but of "

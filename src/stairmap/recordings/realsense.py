@@ -63,7 +63,8 @@ def open_realsense(*, serial: str | None = None, playback: Path | None = None) -
     MissingPackageError
         Without the package pyrealsense2.
     RecordingError
-        If that package cannot be loaded, there is no such camera, or several and none was named; the message says which there are.
+        If that package cannot be loaded, there is no such camera, or several and none was named; the
+        message says which there are.
     """
     library = _library()
     context = library.context()
