@@ -160,7 +160,7 @@ class RerunViewer:
             self._stream.log(f"map/stairways/{gone}", rr.Clear(recursive=True))
         self._shown_ids = {stairway.id for stairway in stairways}
         # rerun's labels have the same size at any distance, so from afar they stand higher to hide no step.
-        lift = max(0.35, 0.09 * self._viewpoint.distance)
+        lift = max(0.35, 0.13 * self._viewpoint.distance)
         for stairway in stairways:
             for path, entity in stairway_entities(rr, stairway, label_lift=lift):
                 self._stream.log(f"map/stairways/{stairway.id}/{path}", entity)

@@ -10,6 +10,7 @@
     text.className = "failure";
     text.textContent = `The 3-D view cannot be shown: ${error.message}. The measures below hold without it.`;
     document.body.append(text);
+    document.getElementById("layers").remove();
     return;
   }
   const labels = scene.labels.map((label) => {
@@ -53,6 +54,13 @@
   }
 
   const orbit = new Orbit(canvas, changed);
+
+  // Views are placed for a wide window; in a narrow one, as on a phone, the eye steps back.
+  function lookFrom(eye, target) {
+    const back = Math.max(1, (1.3 * canvas.clientHeight) / canvas.clientWidth);
+    orbit.lookFrom(eye.map((value, axis) => target[axis] + back * (value - target[axis])), target);
+  }
+
   addSwitch("cloud", true, (isOn) => { renderer.cloud.visible = isOn; });
   for (const layer of renderer.layers.filter((item) => item.meshes.some((mesh) => mesh.count))) {
     addSwitch(layer.name, layer.visible, (isOn) => { layer.visible = isOn; });
@@ -60,11 +68,11 @@
   if (labels.length) addSwitch("labels", true, (isOn) => { labelsVisible = isOn; });
   for (const row of document.querySelectorAll("tr[data-stairway]")) {
     const label = labels.find((item) => String(item.stairway) === row.dataset.stairway);
-    if (label) row.addEventListener("click", () => orbit.lookFrom(label.eye, label.target));
+    if (label) row.addEventListener("click", () => lookFrom(label.eye, label.target));
   }
   window.addEventListener("resize", changed);
   window.addEventListener("keydown", (event) => {
-    if (event.key === "r" || event.key === "R") orbit.lookFrom(scene.eye, [0, 0, 0]);
+    if (event.key === "r" || event.key === "R") lookFrom(scene.eye, [0, 0, 0]);
   });
-  orbit.lookFrom(scene.eye, [0, 0, 0]);
+  lookFrom(scene.eye, [0, 0, 0]);
 })();
