@@ -64,6 +64,17 @@ def test_a_floor_that_only_a_lift_leads_to_is_found_from_the_way():
     assert [floor.is_explored for floor in stack.floors] == [True, False, True]
 
 
+def test_who_rests_on_a_landing_two_metres_up_is_on_no_floor():
+    stairway = make_half_turn(height=4.2)
+    landing = stairway.landings[0].center
+    poses = np.tile(np.eye(4), (60, 1, 1))
+    poses[20:40, :3, 3] = landing
+    poses[40:, :3, 3] = (0.0, 1.3, 4.2)
+    poses[:, 2, 3] += CAMERA_HEIGHT
+    trajectory = Trajectory(stamps_ns=np.arange(60), map_from_camera=poses)
+    assert [round(floor.height, 1) for floor in find_floors([stairway], trajectory).floors] == [0.0, 4.2]
+
+
 def test_a_visited_upper_floor_is_explored():
     assert find_floors([full_flight()], way(0.0, 3.0)).floors[1].is_explored
 

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from stairmap.arrays import Float64Array
+from stairmap.arrays import Float64Array, Mask, Points
 from stairmap.errors import StairmapError
 from stairmap.modeling.landings import top_of
 from stairmap.stairway import Stairway
@@ -28,6 +28,7 @@ MIN_FLOOR_DISTANCE = 0.3
 """Floors that are nearer than this overlap, m."""
 
 _ON_FLOOR = 0.3
+_ON_STAIRS = 1.5
 _MIN_CAMERA_HEIGHT = 0.15
 _MIN_POSES = 3
 _MIN_LIFT_POSES = 10
@@ -138,7 +139,9 @@ def find_floors(
         if camera_height is None:
             camera_height = _estimate_camera_height(poses, heights)
         feet = poses - camera_height
-        heights = sorted([*heights, *_find_other_floors(feet, heights)])
+        places = trajectory.map_from_camera[:, :3, 3] - [0.0, 0.0, camera_height]
+        off_stairs = feet[~_are_on_stairs(places, stairways)]
+        heights = sorted([*heights, *_find_other_floors(off_stairs, heights)])
     first = int(np.argmin(np.abs(np.array(heights) - feet[0]))) if len(feet) else 0
     floors = tuple(
         Floor(
@@ -201,6 +204,19 @@ def _estimate_camera_height(poses: Float64Array, heights: Sequence[float]) -> fl
             "give its height above the floor"
         )
     return float(np.median(nearest))
+
+
+def _are_on_stairs(places: Points, stairways: Sequence[Stairway]) -> Mask:
+    """Tell which (N, 3) places are on a flight or a landing: who stays there is on no floor."""
+    result = np.zeros(len(places), dtype=np.bool_)
+    shares = np.linspace(0.0, 1.0, 30)[:, None, None]
+    for stairway in stairways:
+        way = np.array([end for flight in stairway.flights for end in (flight.base, top_of(flight))])
+        points = (way[:-1] + shares * np.diff(way, axis=0)).reshape(-1, 3)
+        apart = np.abs(places[:, None] - points)
+        is_near = (np.hypot(apart[..., 0], apart[..., 1]) < _ON_STAIRS) & (apart[..., 2] < _ON_FLOOR)
+        result |= is_near.any(axis=1)
+    return result
 
 
 def _find_other_floors(feet: Float64Array, heights: Sequence[float]) -> list[float]:
