@@ -47,6 +47,12 @@ def test_codes_say_which_rule_is_broken_by_how_much(run_folder):
     assert "Spot" not in text
 
 
+def test_codes_say_what_they_ask_beyond_what_was_checked(run_folder):
+    text = stairmap("check", run_folder, "--code", "osha").stdout
+    (line,) = [line for line in text.splitlines() if line.startswith("not checked of osha: ")]
+    assert "alike" in line and "headroom" in line
+
+
 def test_the_picture_is_a_png(run_folder, tmp_path):
     stairmap("check", run_folder, "--robot", "spot", "--code", "ada", "--picture", tmp_path / "v.png")
     assert cv2.imread(str(tmp_path / "v.png")) is not None
