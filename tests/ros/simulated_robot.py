@@ -14,14 +14,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from nav_msgs.msg import Path as PathMessage
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from stairmap_msgs.msg import StairwayArray
 from tf2_msgs.msg import TFMessage
 from vision_msgs.msg import Detection3DArray
@@ -37,17 +39,20 @@ from stairmap.transforms import (
 ORDERS = {
     "mode": "drive",
     "reliability": "best_effort",
+    "compressed": False,
     "tf_delay": 0.0,
     "clock_offset": 0.0,
     "until": "",
     "without": [],
     "max_seconds": 60.0,
 }
-"""A phase with its defaults. ``drive``: probe with the first image until the node answers, drive once, wait
+"""A phase with its defaults. ``drive``: probe with the first image until the node answers, drive, wait
 for the answer to the last image. ``listen``: publish the first image until diagnostics say ``until``.
-``wait``: publish nothing, until the node says something. ``without``: what is kept back (depth, info, tf)."""
+``wait``: publish nothing, until the node says something. ``correct``: send the path of the last drive, 1 m
+higher than it was. ``without``: what is kept back (depth, info, tf)."""
 
 PERIOD = 1.0 / 30.0
+MIN_ANSWERS = 25
 OPTICAL = "camera_depth_optical_frame"
 
 BASE_FROM_OPTICAL = transform_from_parts([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], [0.3, 0.0, 0.4])
@@ -57,12 +62,20 @@ MAP_FROM_ODOM = transform_from_parts([[0, -1, 0], [1, 0, 0], [0, 0, 1]], [2.0, -
 class SimulatedRobot(Node):
     """Publishes a drive and keeps the latest answers."""
 
-    def __init__(self, drive: dict[str, np.ndarray], reliability: str) -> None:
+    def __init__(self, drive: dict[str, np.ndarray], reliability: str, *, compressed: bool) -> None:
         super().__init__("simulated_robot")
         self.drive = drive
         qos = QoSProfile(depth=5, reliability=ReliabilityPolicy[reliability.upper()])
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._depth_out = self.create_publisher(Image, "depth/image_rect_raw", qos)
+        topic = "depth/image_rect_raw"
+        self._depth_out = (
+            self.create_publisher(CompressedImage, f"{topic}/compressedDepth", qos)
+            if compressed
+            else self.create_publisher(Image, topic, qos)
+        )
+        self._is_compressed = compressed
+        self._path_out = self.create_publisher(PathMessage, "corrected_path", 1)
+        self._path = PathMessage()
         self._info_out = self.create_publisher(CameraInfo, "depth/camera_info", qos)
         self._tf_out = self.create_publisher(TFMessage, "/tf", 100)
         self._static_out = self.create_publisher(TFMessage, "/tf_static", latched)
@@ -97,10 +110,25 @@ class SimulatedRobot(Node):
             info.header.frame_id, info.header.stamp = OPTICAL, stamp
             self._info_out.publish(info)
         if "depth" not in order["without"]:
-            image = Image(height=height, width=width, encoding="16UC1", step=2 * width)
+            image = self._compressed_image(depth) if self._is_compressed else _raw_image(depth)
             image.header.frame_id, image.header.stamp = OPTICAL, stamp
-            image.data = array.array("B", depth.tobytes())
             self._depth_out.publish(image)
+        self._path.poses.append(_stamped_pose(self.drive["map_from_camera"][index], stamp))
+
+    def forget_path(self) -> None:
+        """Begin a new path."""
+        self._path = PathMessage()
+
+    def publish_path(self) -> None:
+        """Publish the robot's way so far, 1 m higher than TF has said."""
+        for stamped in self._path.poses:
+            stamped.pose.position.z += 1.0
+        self._path.header.frame_id = "map"
+        self._path_out.publish(self._path)
+
+    def _compressed_image(self, depth: np.ndarray) -> CompressedImage:
+        png = cv2.imencode(".png", depth)[1].tobytes()
+        return CompressedImage(format="16UC1; compressedDepth png", data=array.array("B", bytes(12) + png))
 
     def _publish_transforms(self, index: int, stamp_ns: int, order: dict[str, Any]) -> None:
         """Publish map -> odom -> base_link half a period before and after the image's stamp.
@@ -136,6 +164,10 @@ class SimulatedRobot(Node):
             rclpy.spin_once(self, timeout_sec=min(max(left, 0.0), 0.01))
             if left <= 0:
                 return
+
+    def is_higher(self, height: float) -> bool:
+        """Tell whether the stairway begins so far above the floor, m."""
+        return bool(self.stairways) and self.stairways[0]["flights"][0]["base"][2] > height
 
     def was_told(self, text: str) -> bool:
         """Tell whether the node's last report on itself holds some text."""
@@ -193,7 +225,7 @@ def main() -> None:
         drive = dict(arrays)
     orders = [{**ORDERS, **order} for order in json.loads(orders_file.read_text())]
     rclpy.init()
-    robot = SimulatedRobot(drive, orders[0]["reliability"])
+    robot = SimulatedRobot(drive, orders[0]["reliability"], compressed=orders[0]["compressed"])
     robot.publish_static()
     outcomes = []
     for order in orders:
@@ -215,11 +247,18 @@ def carry_out(robot: SimulatedRobot, order: dict[str, Any]) -> dict[str, Any]:
     if order["mode"] == "listen":
         answered = send(robot, 0, order, lambda: robot.was_told(order["until"]), deadline)
         return {**robot.outcome(), "answered": answered}
+    if order["mode"] == "correct":
+        robot.publish_path()
+        answered = send(robot, 0, order, lambda: robot.is_higher(0.9), deadline)
+        return {**robot.outcome(), "answered": answered}
     # The first messages vanish while publishers and subscribers find each other.
     answered = send(robot, 0, order, answer_since_now(robot, order), deadline)
     robot.outcome()
-    for index in range(len(robot.drive["depth"])):
-        send(robot, index, order, lambda: True, deadline)
+    robot.forget_path()
+    # On a busy machine one drive may be over before the node has seen enough of it.
+    while len(robot.delays) < MIN_ANSWERS and time.monotonic() < deadline:
+        for index in range(len(robot.drive["depth"])):
+            send(robot, index, order, lambda: True, deadline)
     last = len(robot.drive["depth"]) - 1
     answered &= send(robot, last, order, answer_since_now(robot, order), deadline)
     # The node reports on itself once in a second.
@@ -255,6 +294,22 @@ def _stamped(parent: str, child: str, parent_from_child: np.ndarray, stamp_ns: i
     position.x, position.y, position.z = parent_from_child[:3, 3].tolist()
     turn.x, turn.y, turn.z, turn.w = quat_from_rotation(parent_from_child[:3, :3]).tolist()
     return message
+
+
+def _stamped_pose(map_from_camera: np.ndarray, stamp: Time) -> PoseStamped:
+    map_from_base = map_from_camera @ invert_transform(BASE_FROM_OPTICAL)
+    message = PoseStamped()
+    message.header.stamp = stamp
+    position, turn = message.pose.position, message.pose.orientation
+    position.x, position.y, position.z = map_from_base[:3, 3].tolist()
+    turn.x, turn.y, turn.z, turn.w = quat_from_rotation(map_from_base[:3, :3]).tolist()
+    return message
+
+
+def _raw_image(depth: np.ndarray) -> Image:
+    height, width = depth.shape
+    data = array.array("B", depth.tobytes())
+    return Image(height=height, width=width, encoding="16UC1", step=2 * width, data=data)
 
 
 def _time(stamp_ns: int) -> Time:

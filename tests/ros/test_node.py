@@ -32,7 +32,24 @@ def test_a_stairway_comes_back_as_messages_markers_and_detections(
     np.testing.assert_allclose(detection["size"], flight["box_size"])
     last = outcome["diagnostics"][-1]
     assert (last["level"], last["message"]) == (0, "1 stairway")
-    assert int(last["values"]["images processed"]) > 20
+    assert int(last["values"]["images processed"]) > 24
+
+
+def test_compressed_depth_is_taken(ros: RosEnvironment, drive: Drive) -> None:
+    ros.start_node(depth_transport="compressedDepth")
+    (outcome,) = ros.run_robot([{"compressed": True}])
+    assert outcome["answered"]
+    assert_is_the_stairway(outcome, drive.true_flight)
+
+
+def test_a_corrected_path_moves_the_stairway(ros: RosEnvironment, drive: Drive) -> None:
+    ros.start_node()
+    before, after = ros.run_robot([{}, {"mode": "correct", "without": ["depth"]}])
+    lower = assert_is_the_stairway(before, drive.true_flight)
+    assert after["answered"]
+    higher = after["stairways"][0]["flights"][0]
+    np.testing.assert_allclose(higher["base"], np.add(lower["base"], [0, 0, 1]), atol=0.02)
+    assert after["stairways"][0]["id"] == before["stairways"][0]["id"]
 
 
 def test_an_image_waits_for_its_transform(ros: RosEnvironment, drive: Drive) -> None:

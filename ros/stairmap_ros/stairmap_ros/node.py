@@ -61,6 +61,7 @@ class StairmapNode(Node):
         self._info: CameraInfo | None = None
         self._corrections = PathCorrections(first=len(self._map.viewpoints))
         self._last_kind = ""
+        self._last_stamp_ns = 0
         self._results = ResultsOut(self, self._own.map_frame)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._subscribe()
@@ -155,6 +156,7 @@ class StairmapNode(Node):
                 self.get_logger().warning(f"corrected_path: {error}", throttle_duration_sec=60.0)
                 return
             self._map.correct(first, poses)
+            self._results.publish(self._map.stairways(), self._last_stamp_ns)
 
     def _watch_clock(self, source: str, stamp_ns: int) -> None:
         back_ns = self._jumps.find(source, stamp_ns)
@@ -189,10 +191,10 @@ class StairmapNode(Node):
         detection = self._map.detect(depth, camera, placed.map_from_camera)
         with self._map_lock:
             self._map.add(detection, stamp_ns, placed.map_from_camera)
-            stairways = self._map.stairways()
             self._note_body_pose(placed)
+            self._last_stamp_ns = stamp_ns
+            self._results.publish(self._map.stairways(), stamp_ns)
         self._status.processed(detection, time.monotonic())
-        self._results.publish(stairways, stamp_ns)
         self._status.published((self.get_clock().now().nanoseconds - stamp_ns) * 1e-9)
 
     def _note_body_pose(self, placed: PlacedFrame[Any]) -> None:
@@ -205,6 +207,8 @@ class StairmapNode(Node):
         self._corrections.add(placed.frame.stamp_ns, map_from_body)
 
     def _report(self) -> None:
+        if not self._worker.is_alive():
+            raise RuntimeError("the worker has ended with an error, told above")
         num_stairways = self._results.num_stairways
         problem = self._pending.last_problem
         status = self._status.status(

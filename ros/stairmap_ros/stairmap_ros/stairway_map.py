@@ -98,6 +98,7 @@ class StairwayMap:
     def correct(self, first: int, poses: Float64Array) -> None:
         """Take corrected (M, 4, 4) poses of the viewpoints from ``first`` on, as after a loop closure."""
         self.viewpoints.correct(first, poses)
+        self._next_query = 0.0
         self._mark_changed()
 
     def snapshot(self) -> MapSnapshot:
