@@ -8,32 +8,11 @@ import pytest
 from depth_drives import CAMERA, PERIOD_NS, empty_frame, frames_at, poses_towards_stairs
 from stairmap.errors import RecordingError, TrajectoryError
 from stairmap.recordings.image_folder_writer import ImageFolderWriter
-from stairmap.recordings.odometry import (
-    DRIFT,
-    UNDETERMINED_DRIFT,
-    OdometryRecording,
-    PieceCollector,
-    check_no_trajectory,
-)
+from stairmap.recordings.odometry import OdometryRecording, check_no_trajectory
+from stairmap.recordings.odometry_pieces import DRIFT
 from stairmap.recordings.open import open_recording
-from stairmap.recordings.registration import TrackedFrame, TrackState
 
 POSES = poses_towards_stairs(6)
-
-
-def collected(*states, piece=0):
-    collector = PieceCollector()
-    add_all(collector, states, piece=piece)
-    return collector
-
-
-def add_all(collector, states, *, piece=0, first=0):
-    for index, state in enumerate(states):
-        pose = np.eye(4) if state.has_pose else None
-        if pose is not None:
-            pose[0, 3] = 0.5 * index
-        stamp_ns = (first + index) * PERIOD_NS
-        collector.add(TrackedFrame(stamp_ns=stamp_ns, state=state, piece=piece, piece_from_camera=pose))
 
 
 @pytest.fixture
@@ -94,23 +73,6 @@ def test_a_recording_of_nothing_has_no_poses_and_says_what_helps(make_opened):
     frames[0] = frames_at(POSES[:1])[0]
     with pytest.raises(TrajectoryError, match=r"of 4 frames 3 have too few points .* --trajectory"):
         OdometryRecording(make_opened(frames))
-
-
-def test_the_longest_piece_is_used():
-    collector = collected(TrackState.START, TrackState.TRACKED)
-    add_all(collector, [TrackState.LOST], first=2)
-    add_all(collector, [TrackState.START] + 3 * [TrackState.TRACKED], piece=1, first=20)
-    result = collector.result()
-    assert (result.piece, len(result.trajectory), result.num_pieces, result.num_lost) == (1, 4, 2, 1)
-    assert result.trajectory.stamps_ns[0] == 20 * PERIOD_NS
-    assert "1 could not be registered, 2 belong to 1 other pieces" in result.to_lines()[1]
-
-
-def test_a_motion_that_the_view_does_not_determine_drifts_more():
-    result = collected(TrackState.START, *3 * [TrackState.UNDETERMINED]).result()
-    assert DRIFT < result.drift < UNDETERMINED_DRIFT
-    assert "in 3 of 4 frames the view does not determine" in result.to_lines()[-1]
-    assert result.path_length == pytest.approx(1.5)
 
 
 def test_poses_from_a_file_and_from_depth_are_not_both_taken():

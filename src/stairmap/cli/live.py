@@ -57,11 +57,11 @@ def _look(
     with LiveTable(camera) as table:
         try:
             for live in camera.frames(should_stop=lambda: bool(interrupt)):
-                detection = session.process(live.frame)
+                detection = session.process(live)
                 folder.append_detection(detection)
                 if writer is not None:
                     writer.write(live.frame)
-                table.show(live, detection, session.stairways)
+                table.show(session, detection)
                 if session.collector.num_frames == request.num_frames:
                     break
         except RecordingError as error:
@@ -77,7 +77,8 @@ def _write_results(
     collector = session.collector
     reasons = [str(rule) for rule in collector.rule_statistics()]
     problems = [problem] if problem else []
-    lines = [f"{counted(collector.num_frames, 'frame')}, stair edges seen in {collector.num_detections}", ""]
+    looked_at = f"{counted(collector.num_frames, 'frame')}, stair edges seen in {collector.num_detections}"
+    lines = [f"{looked_at}; {session.num_skipped} more were skipped to keep up with the camera", ""]
     live_map = None
     if with_odometry:
         try:

@@ -20,7 +20,8 @@ from stairmap.map_levelling import levelling_from_ups
 from stairmap.modeling.mapper import StairwayMapper
 from stairmap.pipeline import Modeler, StairwayPipeline
 from stairmap.recordings.map_up import turned_trajectory
-from stairmap.recordings.odometry import OdometryResult, PieceCollector
+from stairmap.recordings.odometry_pieces import OdometryResult, PieceCollector
+from stairmap.recordings.realsense import LiveFrame
 from stairmap.recordings.registration import DepthOdometry, TrackedFrame
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
@@ -75,6 +76,8 @@ class LiveSession:
     ----------
     collector
         Counts, reasons, and frames for the report.
+    num_skipped
+        Frames that the camera sent and nobody looked at.
     last_seen
         The newest frame's detection that holds stair edges; ``None`` before the first.
     stairways
@@ -91,6 +94,7 @@ class LiveSession:
         self.collector = ReportCollector()
         pipeline = StairwayPipeline(config, method=method)
         self.detector = pipeline.detector
+        self.num_skipped = 0
         self.last_seen: Detection | None = None
         self.stairways: tuple[Stairway, ...] = ()
         self._modeler = pipeline.modeler
@@ -100,8 +104,10 @@ class LiveSession:
         self._up_sum: Vector = np.zeros(3)
         self._map_due = time.monotonic() + MAP_PERIOD
 
-    def process(self, frame: DepthFrame) -> Detection:
+    def process(self, live: LiveFrame) -> Detection:
         """Look at one frame; its stamp is after those before it."""
+        frame = live.frame
+        self.num_skipped += live.num_skipped
         tracked = None if self._odometry is None else self._track(frame)
         if frame.up is None and tracked is not None and tracked.piece_from_camera is not None:
             up = self._up_in_camera(tracked.piece_from_camera)

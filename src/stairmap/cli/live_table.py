@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
 from types import TracebackType
 
 import numpy as np
@@ -13,10 +12,10 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from stairmap.cli.live_session import LiveSession
 from stairmap.detection.observation import Detection
 from stairmap.export.summary import format_table
-from stairmap.recordings.realsense import LiveFrame, RealSenseCamera
-from stairmap.stairway import Stairway
+from stairmap.recordings.realsense import RealSenseCamera
 
 PERIOD = 0.2
 """Time between two updates, s."""
@@ -35,7 +34,6 @@ class LiveTable:
         self._console = Console(stderr=True)
         self._live = Live(console=self._console, auto_refresh=False, transient=True)
         self._is_shown = sys.stderr.isatty()
-        self._num_frames, self._num_skipped = 0, 0
         self._last = self._drawn = time.monotonic()
         self._period = 1.0 / max(camera.rate, 1.0)
 
@@ -56,26 +54,24 @@ class LiveTable:
         if self._is_shown:
             self._live.stop()
 
-    def show(self, live: LiveFrame, detection: Detection, stairways: Sequence[Stairway]) -> None:
+    def show(self, session: LiveSession, detection: Detection) -> None:
         """Show one frame."""
-        self._num_frames += 1
-        self._num_skipped += live.num_skipped
         now = time.monotonic()
         self._period = RATE_MEMORY * self._period + (1 - RATE_MEMORY) * (now - self._last)
         self._last = now
         if self._is_shown and now - self._drawn >= PERIOD:
             self._drawn = now
-            self._live.update(self._render(live, detection, stairways), refresh=True)
+            self._live.update(self._render(session, detection), refresh=True)
 
-    def _render(self, live: LiveFrame, detection: Detection, stairways: Sequence[Stairway]) -> Group:
+    def _render(self, session: LiveSession, detection: Detection) -> Group:
         up = "the accelerometer" if self._camera.has_accelerometer else "the floor"
         head = (
-            f"{self._camera.name} · frame {self._num_frames} · {1 / max(self._period, 1e-6):.0f} fps · "
-            f"{self._num_skipped} skipped · up from {up} · Ctrl-C ends"
+            f"{self._camera.name} · frame {session.collector.num_frames} · "
+            f"{1 / max(self._period, 1e-6):.0f} fps · {session.num_skipped} skipped · up from {up} · Ctrl-C ends"
         )
         parts: list[Text | Table] = [Text(head), observation_table(detection)]
-        if stairways:
-            parts.append(Text("\nin the map so far\n" + format_table(stairways)))
+        if session.stairways:
+            parts.append(Text("\nin the map so far\n" + format_table(session.stairways)))
         return Group(*parts)
 
 

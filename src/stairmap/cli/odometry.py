@@ -6,7 +6,8 @@ from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import MethodRequest
 from stairmap.config import Config
 from stairmap.recordings.map_up import UP_AUTO
-from stairmap.recordings.odometry import OdometryRecording, OdometryResult, check_no_trajectory
+from stairmap.recordings.odometry import OdometryRecording, check_no_trajectory
+from stairmap.recordings.odometry_pieces import OdometryResult
 from stairmap.recordings.open import open_recording
 
 
