@@ -67,7 +67,8 @@ class LiveTable:
         up = "the accelerometer" if self._camera.has_accelerometer else "the floor"
         head = (
             f"{self._camera.name} · frame {session.collector.num_frames} · "
-            f"{1 / max(self._period, 1e-6):.0f} fps · {session.num_skipped} skipped · up from {up} · Ctrl-C ends"
+            f"{1 / max(self._period, 1e-6):.0f} fps · {session.num_skipped} skipped · "
+            f"up from {up} · Ctrl-C ends"
         )
         parts: list[Text | Table] = [Text(head), observation_table(detection)]
         if session.stairways:
