@@ -46,7 +46,7 @@ MAX_FRAME_POINTS = 40_000
 MAX_EDGES = 1_500
 MAX_WAY_POINTS = 400
 
-_FARTHER = 1.25
+_FARTHER = 1.3
 """The page's view is narrower than rerun's, and its table covers a part of it."""
 
 _ASSETS = Path(__file__).with_name("page_assets")

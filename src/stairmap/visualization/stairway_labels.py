@@ -120,7 +120,7 @@ def find_viewpoint(stairways: Sequence[Stairway], positions: Points) -> Viewpoin
         return Viewpoint(eye=np.array([-1.2, -1.3, 0.9]), target=np.array([1.4, 0.0, -0.4]))
     low, high = corners.min(axis=0), corners.max(axis=0)
     target = (low + high) / 2
-    distance = max(float(np.linalg.norm(high - low)), 1.0) * 1.15
+    distance = 1.1 * max(float(np.linalg.norm(high - low)), 1.0)
     right = np.array([forward[1], -forward[0], 0.0])
     direction = -0.78 * forward + 0.52 * right + np.array([0.0, 0.0, 0.5])
     return Viewpoint(eye=target + distance * direction / np.linalg.norm(direction), target=target)
