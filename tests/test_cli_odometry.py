@@ -11,6 +11,7 @@ from command_line import check_refused, stairmap
 from depth_drives import STAIRS, frames_at, poses_towards_stairs
 from stairmap.config import load_config
 from stairmap.export.loading import load_stairways
+from stairmap.export.recording_reference import load_recording_reference
 from stairmap.recordings.image_folder_writer import ImageFolderWriter
 from stairmap.recordings.tum_trajectory import load_tum_trajectory
 
@@ -77,3 +78,10 @@ def test_two_sources_of_poses_are_refused(without_poses, tmp_path):
         stairmap("run", without_poses, "--odometry", "--trajectory", tmp_path / "any.tum"),
         "--trajectory or --odometry",
     )
+
+
+def test_the_run_can_be_looked_at_again_with_its_poses(outcome):
+    folder, _ = outcome
+    reference = load_recording_reference(folder)
+    assert reference is not None
+    assert len(reference.open().check_poses()) == 8
