@@ -1,0 +1,96 @@
+"""ROS 2 of one's own: the node and a robot as processes that hear each other and nobody else."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from stairmap.stairway import Flight
+
+ROOT = Path(__file__).resolve().parents[2]
+ENVIRONMENT = ROOT / ".venv-ros"
+
+
+class Drive:
+    """The rendered drive in a file, and the flight that is to be found."""
+
+    def __init__(self, file: Path, true_flight: Flight) -> None:
+        self.file = file
+        self.true_flight = true_flight
+
+
+class RosEnvironment:
+    """Starts processes that hear each other and nobody else."""
+
+    def __init__(self, folder: Path, drive: Drive) -> None:
+        self._folder = folder
+        self._drive = drive
+        self._processes: list[subprocess.Popen[bytes]] = []
+        profile = str(ROOT / "ros/stairmap_ros/config/fastdds_large_images.xml")
+        self._variables = os.environ | {
+            "ROS_DOMAIN_ID": str((os.getpid() * 13 + time.monotonic_ns() // 1000) % 100 + 1),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "FASTRTPS_DEFAULT_PROFILES_FILE": profile,
+            "FASTDDS_DEFAULT_PROFILES_FILE": profile,
+            "ROS_LOG_DIR": str(folder / "log"),
+            "OPENBLAS_NUM_THREADS": "1",
+        }
+        self._variables.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
+        self._variables.pop("PYTHONPATH", None)
+
+    def start_node(self, **parameters: Any) -> subprocess.Popen[bytes]:
+        """Start the installed node; its output goes to node.log."""
+        arguments = [part for key, value in parameters.items() for part in ("-p", f"{key}:={value}")]
+        ros_arguments = ["--ros-args", *arguments] if arguments else []
+        with self.node_log.open("ab") as log:
+            process = subprocess.Popen(
+                [ENVIRONMENT / "bin/stairmap_node", *ros_arguments],
+                env=self._variables,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+            )
+        self._processes.append(process)
+        return process
+
+    @property
+    def node_log(self) -> Path:
+        """What the node has printed."""
+        return self._folder / "node.log"
+
+    def run_robot(self, orders: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+        """Let the robot carry out its orders; return the outcome of each."""
+        (self._folder / "orders.json").write_text(json.dumps(orders))
+        names = [self._drive.file, self._folder / "orders.json", self._folder / "out.json"]
+        subprocess.run(
+            [ENVIRONMENT / "bin/python", Path(__file__).parent / "simulated_robot.py", *names],
+            env=self._variables,
+            check=True,
+            timeout=180,
+        )
+        outcomes: list[dict[str, Any]] = json.loads((self._folder / "out.json").read_text())
+        return outcomes
+
+    def stop(self) -> None:
+        """End what still runs."""
+        for process in self._processes:
+            if process.poll() is None:
+                process.terminate()
+                try:
+                    process.wait(timeout=10)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+
+
+def wait_for(condition: Callable[[], bool], seconds: float) -> bool:
+    """Wait until something holds; false if it did not in time."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.05)
+    return True
