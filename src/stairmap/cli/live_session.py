@@ -102,6 +102,7 @@ class LiveSession:
         self._pieces = PieceCollector()
         self._ups: list[tuple[int, Vector]] = []
         self._up_sum: Vector = np.zeros(3)
+        self._has_accelerometer = False
         self._map_due = time.monotonic() + MAP_PERIOD
 
     def process(self, live: LiveFrame) -> Detection:
@@ -162,6 +163,7 @@ class LiveSession:
         if self._ups and self._ups[-1][0] != tracked.piece:
             self._up_sum = np.zeros(3)
         up = frame.up
+        self._has_accelerometer |= up is not None
         if up is None and self.collector.num_frames % FLOOR_PERIOD == 0:
             depth = inverse_depth_from_frame(frame, max_depth=self.config.detection.max_depth)
             up = estimate_up(fit_surface_normals(depth))
@@ -180,8 +182,19 @@ class LiveSession:
     def _levelling(self, odometry: OdometryResult) -> tuple[Transform, str]:
         """The turn that makes z point up in the longest piece, and a sentence about it."""
         ups: Float64Array = np.array([up for piece, up in self._ups if piece == odometry.piece])
-        levelling = levelling_from_ups(ups.reshape(-1, 3), num_asked=len(ups))
-        return levelling.map_from_recorded, str(levelling)
+        source = "the accelerometer" if self._has_accelerometer else "the floor"
+        try:
+            levelling = levelling_from_ups(ups.reshape(-1, 3), num_asked=len(ups))
+        except TrajectoryError as error:
+            raise TrajectoryError(
+                f"{source} told up in {len(ups)} of {len(odometry.trajectory)} frames, which are too few or "
+                "do not agree: let the camera see the floor"
+            ) from error
+        spread_deg = np.degrees(levelling.spread)
+        return levelling.map_from_recorded, (
+            f"the map is level by {source} in {levelling.num_agreeing} frames that agree within "
+            f"{spread_deg:.1f} deg (median)"
+        )
 
     def _renew_stairways(self) -> None:
         """Model the map once more; one that is not level yet can wait."""
