@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -160,6 +161,14 @@ def test_file_that_cannot_be_written_is_an_error(run_folder, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write"):
         write_mcap(run_folder, tmp_path / "file" / "run.mcap")
+
+
+def test_disk_that_is_full_is_one_error(run_folder):
+    pytest.importorskip("foxglove")
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full")
+    with pytest.raises(OutputError, match="cannot write /dev/full: No space left on device"):
+        write_mcap(run_folder, Path("/dev/full"))
 
 
 def test_missing_package_names_its_extra(tmp_path, monkeypatch):

@@ -8,6 +8,9 @@ import urllib.request
 import pytest
 
 from stairmap.visualization.rerun_process import LOCAL, RerunProcess, ViewerError
+from stairmap.visualization.rerun_viewer import RerunViewer
+from stairmap.visualization.run_replay import load_run
+from stairmap.visualization.stairway_labels import find_viewpoint
 
 
 def free_port():
@@ -32,6 +35,24 @@ def test_web_viewer_is_served_to_this_machine_alone_and_ends(run_folder):
     assert not process.is_running
     with socket.socket() as probe:
         assert probe.connect_ex((LOCAL, process.web_port)) != 0
+
+
+def test_viewer_that_is_closed_early_does_not_disturb_the_run(run_folder):
+    pytest.importorskip("rerun")
+    replay = load_run(run_folder)
+    viewpoint = find_viewpoint(replay.stairways, replay.positions)
+    viewer = RerunViewer("run", viewpoint=viewpoint, positions=replay.positions, is_map=True)
+    process = RerunProcess(web_port=free_port())
+    try:
+        viewer.connect(process.port)
+        frames = replay.frames()
+        viewer.show_frame(next(frames))
+    finally:
+        process.stop()
+    for view in frames:
+        viewer.show_frame(view)
+    viewer.show_stairways(replay.stairways, 8, 0)
+    viewer.close()
 
 
 def test_port_that_is_taken_is_named():

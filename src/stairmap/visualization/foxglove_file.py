@@ -14,10 +14,11 @@ import numpy as np
 
 import stairmap
 from stairmap.arrays import Points
-from stairmap.errors import MissingPackageError, OutputError
+from stairmap.errors import MissingPackageError
 from stairmap.export.summary import format_table
 from stairmap.stairway import Stairway
 from stairmap.transforms import quat_from_rotation
+from stairmap.visualization.error_keeping_file import ErrorKeepingFile
 from stairmap.visualization.foxglove_scene import FoxgloveScene
 from stairmap.visualization.frame_view import FrameView
 from stairmap.visualization.stairway_labels import height_colors
@@ -75,11 +76,8 @@ class FoxgloveFile:
         self._foxglove = import_foxglove()
         self._name, self._frame_id, self._positions = name, frame_id, positions
         self._context = self._foxglove.Context()
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._writer = self._foxglove.open_mcap(path, allow_overwrite=True, context=self._context)
-        except OSError as error:
-            raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+        self._file = ErrorKeepingFile(path)
+        self._writer = self._foxglove.open_mcap(self._file, context=self._context)
         self._scene = FoxgloveScene(self._foxglove.messages, frame_id)
         self._channels: dict[str, Any] = {}
         self._cloud = VoxelCloud(MAP_VOXEL, MAX_MAP_POINTS)
@@ -87,7 +85,13 @@ class FoxgloveFile:
         self._stairways: tuple[Stairway, ...] = ()
 
     def show_frame(self, view: FrameView) -> None:
-        """Write one frame: transform, log line, and where there is depth, image, calibration and cloud."""
+        """Write one frame: transform, log line, and where there is depth, image, calibration and cloud.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written any more.
+        """
         messages, stamp = self._foxglove.messages, self._timestamp(view.stamp_ns)
         if self._first_stamp_ns is None:
             self._first_stamp_ns = view.stamp_ns
@@ -108,6 +112,7 @@ class FoxgloveFile:
         self._write("/stair_edges", "SceneUpdate", edges, view.stamp_ns)
         if view.frame is not None:
             self._write_depth(view)
+        self._file.check()
 
     def show_stairways(self, stairways: Sequence[Stairway], number: int, stamp_ns: int) -> None:
         """Write the stairways as they are known after this frame."""
@@ -126,7 +131,13 @@ class FoxgloveFile:
             self._json_channel(f"/measures/stairway_{stairway.id}").log(finite, log_time=stamp_ns)
 
     def close(self) -> None:
-        """Write the map's cloud and metadata, and end the file."""
+        """Write the map's cloud and metadata, and end the file.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written to its end.
+        """
         if self._first_stamp_ns is not None and len(self._cloud.points):
             # Stamped as the first message, so that the map is there wherever one looks into the run.
             cloud = self._cloud_message(self._cloud.points, self._frame_id, self._first_stamp_ns, np.eye(4))
@@ -142,6 +153,8 @@ class FoxgloveFile:
             },
         )
         self._writer.close()
+        self._file.close()
+        self._file.check()
 
     def _write_way(self, stamp_ns: int) -> None:
         if len(self._positions):

@@ -5,6 +5,7 @@ rerun's own ways of starting a viewer listen on every network interface of the m
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import socket
@@ -19,6 +20,9 @@ DEFAULT_WEB_PORT = 9090
 
 _START_LIMIT = 30.0
 """How long a viewer may take to listen, s."""
+
+_STOP_LIMIT = 5.0
+"""How long a viewer may take to end before it is killed, s."""
 
 
 class ViewerError(StairmapError):
@@ -61,7 +65,8 @@ class RerunProcess:
             stderr=subprocess.DEVNULL,
             start_new_session=True,  # Ctrl-C is for stairmap; a window stays open after it
         )
-        for port in filter(None, (self.port, web_port)):
+        self._ports = (self.port,) if web_port is None else (self.port, web_port)
+        for port in self._ports:
             self._wait_for(port)
 
     @property
@@ -75,9 +80,18 @@ class RerunProcess:
         return self._process.poll() is None
 
     def stop(self) -> None:
-        """End the viewer."""
-        if self.is_running:
-            _end_session(self._process)
+        """End the viewer; when this returns, its ports are free."""
+        if not self.is_running:
+            return
+        # ``rerun_cli`` is a Python program that starts the viewer proper: end the whole session.
+        for number in (signal.SIGTERM, signal.SIGKILL):
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, number)
+            deadline = time.monotonic() + _STOP_LIMIT
+            while time.monotonic() < deadline:
+                if not self.is_running and not any(_is_listening(port) for port in self._ports):
+                    return
+                time.sleep(0.05)
 
     def _wait_for(self, port: int) -> None:
         deadline = time.monotonic() + _START_LIMIT
@@ -93,16 +107,6 @@ class RerunProcess:
                     f"the rerun viewer did not listen within {_START_LIMIT:.0f} s; try --save FILE.rrd"
                 )
             time.sleep(0.05)
-
-
-def _end_session(process: subprocess.Popen[bytes]) -> None:
-    """End a process and its children; ``rerun_cli`` is a Python program that starts the viewer proper."""
-    try:
-        os.killpg(process.pid, signal.SIGTERM)
-        process.wait(timeout=5.0)
-    except (ProcessLookupError, subprocess.TimeoutExpired):
-        process.kill()
-        process.wait()
 
 
 def _check_display() -> None:

@@ -102,6 +102,7 @@ class RerunViewer:
         self._opens_log, self._follows = opens_log, follows
         self._cloud = VoxelCloud(MAP_VOXEL, MAX_MAP_POINTS)
         self._camera: PinholeCamera | None = None
+        self._path: Path | None = None
         self._shown_ids: set[int] = set()
         self._styled_paths: set[str] = set()
 
@@ -118,6 +119,7 @@ class RerunViewer:
             path.write_bytes(b"")
         except OSError as error:
             raise OutputError(f"cannot write {path}: {error.strerror}") from error
+        self._path = path
         self._stream.save(path, default_blueprint=self._blueprint())
         self._log_static()
 
@@ -129,9 +131,21 @@ class RerunViewer:
         self._log_static()
 
     def close(self) -> None:
-        """Wait until everything has been written or sent."""
-        self._stream.flush()
-        self._stream.disconnect()
+        """Wait until everything has been written or sent.
+
+        A window that was closed in the meantime is no error: nobody looks any more.
+
+        Raises
+        ------
+        OutputError
+            If the file could not be written to its end.
+        """
+        try:
+            self._stream.flush()
+            self._stream.disconnect()
+        except RuntimeError as error:
+            if self._path is not None:
+                raise OutputError(f"cannot write {self._path}: {error}") from error
 
     def show_frame(self, view: FrameView) -> None:
         """Log one frame."""
