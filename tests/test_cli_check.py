@@ -31,7 +31,7 @@ def test_a_robot_climbs_one_stairway_and_not_the_other(run_folder):
 def test_the_table_says_what_limits_in_units_people_read(run_folder):
     outcome = stairmap("check", run_folder / "stairways.json", "--robot", "go2")
     assert outcome.code == 0
-    assert "200 ± 2 mm" in outcome.stdout
+    assert "200 ± 3 mm" in outcome.stdout
     assert "≤ 160 mm" in outcome.stdout
     assert "-40 mm" in outcome.stdout
 

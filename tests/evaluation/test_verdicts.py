@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from stairmap.evaluation.summary import summarize
 from stairmap.evaluation.tables import format_summary
 from stairmap.evaluation.trials import TrialResult, TrialSpec
 from stairmap.evaluation.verdicts import count_verdicts, judge_verdict, judge_verdicts
+from stairmap.navigation.limits import STEP_STD
 from stairmap.navigation.robot_profile import RobotProfile, robot_names
 from stairmap.stairway import Flight
 
@@ -21,6 +23,10 @@ ROBOT = RobotProfile(
     name="made up", max_continuous_rise=0.18, max_single_rise=0.3, min_run=0.25, max_pitch_deg=None,
     max_slope_deg=None, body_width=0.5, side_clearance=0.05, min_landing_length=None,
 )  # fmt: skip
+
+
+SIGMA = math.hypot(STD.rise, STEP_STD)
+"""Deviation of a rise that verdicts use."""
 
 
 def flight_of(**changes: float | bool) -> Flight:
@@ -39,7 +45,10 @@ def test_a_verdict_that_agrees_with_the_truth_is_right() -> None:
 def test_an_impassable_flight_called_passable_is_wrong_and_dangerous() -> None:
     verdict = judge_verdict(flight_of(rise=0.17), flight_of(rise=0.19), ROBOT)
     assert verdict.answer == "wrong" and verdict.is_dangerous
-    assert (verdict.distance, verdict.true_distance) == (pytest.approx(5), pytest.approx(-5))
+    assert (verdict.distance, verdict.true_distance) == (
+        pytest.approx(0.01 / SIGMA),
+        pytest.approx(-0.01 / SIGMA),
+    )
     assert verdict.measure == "rise"
 
 
@@ -73,6 +82,11 @@ def test_a_limit_that_nobody_published_leaves_the_truth_open() -> None:
 def test_a_ramp_that_is_less_steep_than_the_stairs_leaves_the_truth_open() -> None:
     ramp = replace(ROBOT, min_run=None, max_slope_deg=25.0)
     assert judge_verdict(flight_of(), flight_of(), ramp).truth == "unknown"
+
+
+def test_a_measure_at_its_limit_keeps_it_in_truth() -> None:
+    truth = flight_of(rise=0.18 + 1e-6)
+    assert judge_verdict(truth, truth, ROBOT).truth == "passable"
 
 
 def test_counts_leave_out_what_nobody_can_know() -> None:

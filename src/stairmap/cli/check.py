@@ -68,7 +68,8 @@ def _format_text(assessments: list[Assessment], code_checks: list[CodeCheck]) ->
         unchecked = {check.code_id: "; ".join(check.unchecked) for check in code_checks}
         parts.append("\n".join(f"not checked of {code_id}: {what}" for code_id, what in unchecked.items()))
     parts.append(
-        "± is one standard deviation; passable and impassable are said from a probability of 97.7 % on"
+        "± is one standard deviation: the model's, and 2.5 mm (widths: 50 mm) for what it does not cover; "
+        "passable and impassable are said from a probability of 97.7 % on"
     )
     return "\n\n".join(parts)
 

@@ -22,6 +22,9 @@ from stairmap.stairway import Flight, Stairway
 CLEAR = 2.0
 """Deviations from a limit beyond which a verdict is expected."""
 
+TRUTH_ROUNDING = 1e-4
+"""Truth is known to so much, m or rad: stairs of buildings are measured in their meshes."""
+
 Answer: TypeAlias = Literal["right", "unknown", "wrong"]
 
 
@@ -178,10 +181,10 @@ def _true_check(check: LimitCheck, truth: Flight) -> LimitCheck:
 
 
 def _true_verdict(checks: Iterable[LimitCheck]) -> Verdict:
-    """Return what exact measures and the published limits settle."""
+    """Return what exact measures and the published limits settle; a measure at its limit keeps it."""
     verdict: Verdict = "passable"
     for check in checks:
-        if check.limit.value is None or check.margin < 0:
+        if check.limit.value is None or check.margin < -TRUTH_ROUNDING:
             if check.limit.value is not None and check.limit.is_binding:
                 return "impassable"
             verdict = "unknown"
