@@ -43,14 +43,23 @@ class RosEnvironment:
         self._variables.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
         self._variables.pop("PYTHONPATH", None)
 
-    def start_node(self, **parameters: Any) -> subprocess.Popen[bytes]:
-        """Start the installed node; its output goes to node.log."""
+    def start_node(self, *, without_package: str = "", **parameters: Any) -> subprocess.Popen[bytes]:
+        """Start the installed node; its output goes to node.log.
+
+        It cannot import ``without_package``, as if that were not installed.
+        """
+        variables = dict(self._variables)
+        if without_package:
+            missing = self._folder / "missing"
+            missing.mkdir()
+            (missing / f"{without_package}.py").write_text("raise ModuleNotFoundError(__name__)\n")
+            variables["PYTHONPATH"] = str(missing)
         arguments = [part for key, value in parameters.items() for part in ("-p", f"{key}:={value}")]
         ros_arguments = ["--ros-args", *arguments] if arguments else []
         with self.node_log.open("ab") as log:
             process = subprocess.Popen(
                 [ENVIRONMENT / "bin/stairmap_node", *ros_arguments],
-                env=self._variables,
+                env=variables,
                 stdout=log,
                 stderr=subprocess.STDOUT,
             )

@@ -53,7 +53,7 @@ def test_a_corrected_path_moves_the_stairway(ros: RosEnvironment, drive: Drive) 
 
 
 def test_an_image_waits_for_its_transform(ros: RosEnvironment, drive: Drive) -> None:
-    ros.start_node(max_transform_wait=2.0)
+    ros.start_node(max_transform_wait=1.0)
     (outcome,) = ros.run_robot([{"tf_delay": 0.2}])
     assert outcome["answered"]
     assert_is_the_stairway(outcome, drive.true_flight)
@@ -154,6 +154,21 @@ def test_an_impossible_parameter_ends_the_node_with_one_line(
     lines = ros.node_log.read_text().splitlines()
     assert len(lines) == 1
     assert lines[0].startswith(f"stairmap: {told}")
+
+
+def test_without_tf2_msgs_the_node_says_what_to_install(ros: RosEnvironment) -> None:
+    node = ros.start_node(without_package="tf2_msgs")
+    assert node.wait(timeout=60) == 1
+    (line,) = ros.node_log.read_text().splitlines()
+    assert line.startswith("stairmap: tf2_msgs is not installed")
+    assert line.endswith("sudo apt install ros-$ROS_DISTRO-tf2-msgs")
+
+
+def test_without_vision_msgs_only_the_detections_are_missing(ros: RosEnvironment) -> None:
+    ros.start_node(without_package="vision_msgs")
+    (outcome,) = ros.run_robot([{"mode": "listen", "until": "stairway"}])
+    assert outcome["answered"]
+    assert outcome["stairways"] is not None
 
 
 def assert_is_the_stairway(outcome: dict[str, Any], true: Flight) -> dict[str, Any]:

@@ -36,7 +36,7 @@ class NodeConfig(BaseModel):
     compressedDepth."""
     method: Literal["stairmap", "delmerico2013"] = "stairmap"
     """Method: stairmap, or the one of ARL-TR-6381."""
-    max_transform_wait: float = Field(0.3, ge=0, le=5)
+    max_transform_wait: float = Field(0.3, ge=0, le=1)
     """How long an image waits for the transform of its stamp, s; then it is dropped and counted."""
     max_silence: float = Field(5.0, gt=0, le=60)
     """After so long without an image and its camera_info, s, a warning names the silent topic."""
