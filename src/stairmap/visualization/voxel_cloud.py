@@ -43,10 +43,14 @@ class VoxelCloud:
         points = np.asarray(points, dtype=np.float64)
         points = points[np.isfinite(points).all(axis=1)]
         keys, first = np.unique(self._voxel_keys(points), return_index=True)
-        is_new = ~np.isin(keys, self._keys, assume_unique=True)
+        places = np.searchsorted(self._keys, keys)
+        is_new = np.ones(len(keys), dtype=bool)
+        inside = places < len(self._keys)
+        is_new[inside] = self._keys[places[inside]] != keys[inside]
         new_points = points[first[is_new]]
         self._points = np.concatenate([self._points, new_points])
-        self._keys = np.concatenate([self._keys, keys[is_new]])
+        # Sorted keys are found in logarithmic time; they need not stand in the order of the points.
+        self._keys = np.insert(self._keys, places[is_new], keys[is_new])
         while len(self._points) > self._max_points:
             self._coarsen()
         return new_points
