@@ -163,7 +163,11 @@ def _verdict_rows(summaries: Mapping[str, Summary]) -> list[list[str]]:
         [f"{name}: right / unknown / wrong", *(" / ".join(map(str, v)) for v in values)]
         for name, values in rows.items()
     ]
-    return [*counts, ["impassable called passable", *(str(v.num_dangerous) for v in every)]]
+    return [
+        *counts,
+        ["impassable called passable", *(str(v.num_dangerous) for v in every)],
+        ["said though no published limit settles it", *(str(v.num_overclaimed) for v in every)],
+    ]
 
 
 def format_groups(title: str, summaries: Mapping[str, Summary]) -> str:
