@@ -5,11 +5,12 @@ from __future__ import annotations
 import sqlite3
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bag_files import Ros, robot_messages, write_bag
 from small_recordings import repeat_frames, write_recording
-from stairmap.errors import RecordingError
+from stairmap.errors import RecordingError, StairmapError
 from stairmap.recordings.image_folder import ImageFolderRecording
 from stairmap.recordings.open import open_recording
 
@@ -133,6 +134,31 @@ def test_bag_cut_off_before_its_first_message_is_refused(tmp_path: Path, walk: I
         with pytest.raises(RecordingError, match=r"expected messages in .*, but it has none: .* is cut off"):
             open_recording(path)
         path.unlink()
+
+
+@pytest.mark.parametrize("kind", ["ros1", "bare_mcap", "mcap_zstd", "bare_db3"])
+@pytest.mark.parametrize("seed", range(12))
+def test_whatever_happens_to_the_bytes_there_are_frames_or_one_line(
+    tmp_path: Path, kind: str, seed: int, walk: ImageFolderRecording
+) -> None:
+    path, file = written(tmp_path, kind, walk)
+    random = np.random.default_rng(seed)
+    data = bytearray(file.read_bytes())
+    place = int(random.integers(len(data)))
+    if seed % 3 == 0:
+        del data[place:]
+    elif seed % 3 == 1:
+        del data[place : place + 3000]
+    else:
+        for place in random.integers(min(5000, len(data)), size=8):
+            data[place] = int(random.integers(256))
+    file.write_bytes(data)
+    try:
+        recording = open_recording(path)
+        assert sum(1 for _ in recording) <= 4
+        assert all("\n" not in line for line in recording.problems.to_lines())
+    except StairmapError as error:
+        assert "\n" not in str(error)
 
 
 def test_metadata_that_names_a_file_that_is_not_there_costs_nothing_else(

@@ -21,6 +21,10 @@ _DECOMPRESS: dict[str, Callable[[bytes], bytes]] = {
     "zstd": decompress_zstd,
 }
 
+_MAX_TEXT = 1 << 24
+_CUT_OFF = "is cut off at its end"
+_CORRUPT = "has a chunk that is corrupt"
+
 
 class _Contents:
     """Schemas and channels, as far as they were named by now."""
@@ -68,7 +72,7 @@ def scan_mcap(path: Path, losses: list[str]) -> Iterator[BagMessage]:
             if kind in {_DATA_END, _FOOTER}:
                 return
             if len(start) < 9 or file.tell() + length > size:
-                losses.append("is cut off at its end")
+                losses.append(_CUT_OFF)
                 if kind == _CHUNK:
                     yield from _read_chunk(file.read(), contents, losses)
                 return
@@ -76,8 +80,8 @@ def scan_mcap(path: Path, losses: list[str]) -> Iterator[BagMessage]:
             if kind == _CHUNK:
                 yield from _read_chunk(record, contents, losses)
             else:
-                yield from _read_record(kind, record, contents)
-    losses.append("is cut off at its end")
+                yield from _read_record(kind, record, contents, losses)
+    losses.append(_CUT_OFF)
 
 
 def _read_chunk(record: bytes, contents: _Contents, losses: list[str]) -> Iterator[BagMessage]:
@@ -86,28 +90,31 @@ def _read_chunk(record: bytes, contents: _Contents, losses: list[str]) -> Iterat
         stream.seek(28)
         compression = _text(stream)
         size = _number(stream, 8)
-        chunk = BytesIO(_DECOMPRESS[compression](stream.read(size)))
+        chunk = BytesIO(_DECOMPRESS[compression](stream.read(min(size, len(record)))))
     except (KeyError, ValueError, RuntimeError):
-        if "is cut off at its end" not in losses:
-            losses.append("has a chunk that is corrupt")
+        if _CUT_OFF not in losses:
+            losses.append(_CORRUPT)
         return
     while len(start := chunk.read(9)) == 9:
         length = int.from_bytes(start[1:], "little")
-        inner = chunk.read(length)
-        if len(inner) < length:
+        if chunk.tell() + length > len(chunk.getbuffer()):
+            losses += [] if _CUT_OFF in losses else [_CORRUPT]
             return
-        yield from _read_record(start[0], inner, contents)
+        yield from _read_record(start[0], chunk.read(length), contents, losses)
 
 
-def _read_record(kind: int, record: bytes, contents: _Contents) -> Iterator[BagMessage]:
-    if kind == _SCHEMA:
-        contents.add_schema(record)
-    elif kind == _CHANNEL:
-        contents.add_channel(record)
-    elif kind == _MESSAGE:
-        channel_id, _, recorded_ns = struct.unpack_from("<HIQ", record)
-        if channel_id in contents.topics:
-            yield BagMessage(topic=contents.topics[channel_id], recorded_ns=recorded_ns, data=record[22:])
+def _read_record(kind: int, record: bytes, contents: _Contents, losses: list[str]) -> Iterator[BagMessage]:
+    try:
+        if kind == _SCHEMA:
+            contents.add_schema(record)
+        elif kind == _CHANNEL:
+            contents.add_channel(record)
+        elif kind == _MESSAGE:
+            channel_id, _, recorded_ns = struct.unpack_from("<HIQ", record)
+            if channel_id in contents.topics:
+                yield BagMessage(topic=contents.topics[channel_id], recorded_ns=recorded_ns, data=record[22:])
+    except (struct.error, ValueError, OverflowError):
+        losses.append(_CORRUPT)
 
 
 def _number(stream: BinaryIO, num_bytes: int) -> int:
@@ -115,4 +122,4 @@ def _number(stream: BinaryIO, num_bytes: int) -> int:
 
 
 def _text(stream: BinaryIO) -> str:
-    return stream.read(_number(stream, 4)).decode()
+    return stream.read(min(_number(stream, 4), _MAX_TEXT)).decode()

@@ -35,6 +35,7 @@ def scan_sqlite(path: Path, losses: list[str]) -> Iterator[BagMessage]:
             topics = {
                 topic_id: BagTopic(name=name, type=plain_type(kind), encoding=CDR)
                 for topic_id, name, kind in database.execute("SELECT id, name, type FROM topics")
+                if isinstance(name, str) and isinstance(kind, str)
             }
             yield from _read_messages(database, topics, losses)
     except sqlite3.Error:
@@ -50,7 +51,7 @@ def _read_messages(
         try:
             for message_id, topic_id, recorded_ns, data in database.execute(query, (last_id + skip,)):
                 last_id, skip = message_id, 0
-                if topic_id in topics:
+                if topic_id in topics and isinstance(data, bytes):
                     yield BagMessage(topic=topics[topic_id], recorded_ns=recorded_ns, data=data)
             return
         except sqlite3.DatabaseError:
