@@ -12,7 +12,7 @@ from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 
-from stairmap.recordings.bags.stream import CDR, ROS1, BagMessage, BagTopic, DamagedBagError
+from stairmap.recordings.bags.stream import CDR, ROS1, BagMessage, BagTopic, DamagedBagError, one_line
 
 
 class IndexedBag:
@@ -47,7 +47,7 @@ class IndexedBag:
                         num_before = known.num_messages if known is not None else 0
                         topics[connection.topic] = self._topic(connection, num_before)
         except Exception as error:
-            raise DamagedBagError(f"{path}: {error}") from error
+            raise DamagedBagError(f"{path}: {one_line(error)}") from error
         self._topics = {name: topics[name] for name in sorted(topics)}
 
     @property
@@ -79,7 +79,7 @@ class IndexedBag:
                             topic=self._topics[connection.topic], recorded_ns=recorded_ns, data=data
                         )
         except Exception as error:
-            raise DamagedBagError(f"{path}: {error}") from error
+            raise DamagedBagError(f"{path}: {one_line(error)}") from error
 
     @contextmanager
     def _reader(self, path: Path) -> Iterator[Any]:

@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from stairmap.errors import RecordingError
-from stairmap.recordings.bags.stream import CDR, ROS1, BagMessage, BagTopic
+from stairmap.recordings.bags.stream import CDR, ROS1, BagMessage, BagTopic, one_line
 
 _TF_MESSAGE = "geometry_msgs/TransformStamped[] transforms\n"
 _BROKEN = (SerdeError, struct.error, ValueError, IndexError, KeyError, AssertionError, MemoryError)
@@ -40,7 +40,7 @@ class MessageDecoder:
                 return store.deserialize_ros1(message.data, topic.type)
             return store.deserialize_cdr(message.data, topic.type)
         except _BROKEN as error:
-            raise RecordingError(f"the message is no {topic.type}: {error}") from error
+            raise RecordingError(f"the message is no {topic.type}: {one_line(error)}") from error
 
 
 def header_of(message: BagMessage) -> tuple[int, str]:
@@ -80,7 +80,7 @@ def _store_of(topic: BagTopic) -> Typestore:
     try:
         store.register(get_types_from_msg(topic.definition, topic.type))
     except Exception as error:  # the parser of definitions has errors of many kinds
-        raise RecordingError(f"the bag's definition of {topic.type} is broken: {error}") from error
+        raise RecordingError(f"the bag's definition of {topic.type} is broken: {one_line(error)}") from error
     return store
 
 

@@ -50,6 +50,9 @@ def _read_messages(
         query = "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? ORDER BY id"
         try:
             for message_id, topic_id, recorded_ns, data in database.execute(query, (last_id + skip,)):
+                if message_id <= last_id:  # a corrupt tree may lead around in circles
+                    losses.append("is cut off or corrupt")
+                    return
                 last_id, skip = message_id, 0
                 if topic_id in topics and isinstance(data, bytes):
                     yield BagMessage(topic=topics[topic_id], recorded_ns=recorded_ns, data=data)

@@ -91,3 +91,9 @@ def plain_type(name: str) -> str:
     """Return a type's name in ROS 2's spelling: ``sensor_msgs/Image`` is ``sensor_msgs/msg/Image``."""
     package, _, rest = name.partition("/")
     return name if not rest or "/" in rest else f"{package}/msg/{rest}"
+
+
+def one_line(error: BaseException) -> str:
+    """Return what an error of another package says, on one line and not too long."""
+    text = " ".join(str(error).split())
+    return f"{text[:200]} …" if len(text) > 200 else text
