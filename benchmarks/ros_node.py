@@ -139,7 +139,9 @@ def describe(
         f"camera_info and TF at {RATE:.0f} Hz and a listener on another; the robot comes up to a stairway "
         "and goes back again and again. Delay: from the stamp of an image, taken right before it is "
         "published, to the arrival of its markers at the listener; median. "
-        f"The node uses {100 * share:.0f} % of its core."
+        f"The node uses {100 * share:.0f} % of its core. "
+        "Other work on the machine at the end: "
+        f"{os.getloadavg()[1]:.0f} processes on {os.cpu_count()} cores."
     )
     return note + "\n\n" + format_table(header, rows)
 
