@@ -9,7 +9,6 @@ from __future__ import annotations
 import struct
 from typing import Any, Protocol
 
-import cv2
 import numpy as np
 
 from stairmap.arrays import DepthImage
@@ -131,11 +130,7 @@ def depth_from_compressed_image(
     if len(data) < header_size:
         raise DamagedImageError("the image is cut off")
     _, factor, offset = _COMPRESSED_DEPTH_HEADER.unpack_from(data)
-    png = data[header_size:]
-    check_png_header(png)
-    values = cv2.imdecode(np.frombuffer(png, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-    if values is None:
-        raise DamagedImageError("the image data are corrupt")
+    values = decode_png_values(data[header_size:])
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = np.float32(factor) / (values.astype(np.float32) - np.float32(offset))
     depth[values == 0] = np.nan

@@ -11,6 +11,7 @@ import zlib
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from stairmap.arrays import DepthImage
 from stairmap.errors import RecordingError
@@ -99,6 +100,23 @@ def decode_depth_png(data: bytes, depth_scale: float) -> DepthImage:
     RecordingError
         If it is no 16-bit single-channel PNG.
     """
+    image = decode_png_values(data)
+    depth = image.astype(np.float32)
+    depth /= np.float32(depth_scale)
+    depth[(image == 0) | (image > MAX_PIXEL_VALUE)] = np.nan
+    return depth
+
+
+def decode_png_values(data: bytes) -> NDArray[np.uint16]:
+    """Decode a whole PNG file to its (height, width) pixel values.
+
+    Raises
+    ------
+    DamagedImageError
+        If the file is cut off or corrupt.
+    RecordingError
+        If it is no 16-bit single-channel PNG.
+    """
     check_png_header(data)
     _check_chunks(data)
     try:
@@ -107,10 +125,7 @@ def decode_depth_png(data: bytes, depth_scale: float) -> DepthImage:
         raise DamagedImageError("the image data are corrupt") from error
     if image is None or image.ndim != 2 or image.dtype != np.uint16:
         raise DamagedImageError("the image data are corrupt")
-    depth = image.astype(np.float32)
-    depth /= np.float32(depth_scale)
-    depth[(image == 0) | (image > MAX_PIXEL_VALUE)] = np.nan
-    return depth
+    return np.asarray(image, dtype=np.uint16)
 
 
 def encode_depth_png(depth: DepthImage, depth_scale: float) -> bytes:
