@@ -16,8 +16,8 @@ from stairmap.errors import RecordingError
 from stairmap.recordings.depth_png import (
     MAX_PIXEL_VALUE,
     DamagedImageError,
-    check_png_header,
     decode_depth_png,
+    decode_png_values,
 )
 
 VALUES_PER_METRE = 1000.0
