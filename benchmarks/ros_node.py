@@ -141,9 +141,16 @@ def describe(
         "published, to the arrival of its markers at the listener; median. "
         f"The node uses {100 * share:.0f} % of its core. "
         "Other work on the machine at the end: "
-        f"{os.getloadavg()[1]:.0f} processes on {os.cpu_count()} cores."
+        f"{os.getloadavg()[1]:.0f} processes on {os.cpu_count()} cores{describe_priority()}."
     )
     return note + "\n\n" + format_table(header, rows)
+
+
+def describe_priority() -> str:
+    """Say whether all this ran before other work: Linux weighs whole sessions against each other."""
+    file = Path("/proc/self/autogroup")
+    nice = int(file.read_text(encoding="utf-8").split()[-1]) if file.exists() else 0
+    return f", which had to stand back (priority of this session: nice {nice})" if nice < 0 else ""
 
 
 def describe_versions() -> str:
