@@ -1,0 +1,94 @@
+"""Stairways as messages and markers; each test runs in the environment of the wheels."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from ros_environment import ENVIRONMENT
+
+from ideal_observations import make_flight
+from stairmap.modeling.landings import make_landing
+from stairmap.stairway import Stairway
+
+pytestmark = pytest.mark.usefixtures("wheels")
+
+LOWER = make_flight()
+UPPER = make_flight(base=np.array([2.0, 3.0, 1.5]), heading=np.pi / 2)
+STAIRWAY = Stairway(
+    id=7,
+    flights=(LOWER, UPPER),
+    landings=(make_landing(LOWER, UPPER),),
+    num_observations=12,
+    first_seen_ns=3_000_000_001,
+    last_seen_ns=4_500_000_000,
+)
+
+PRELUDE = """
+import json, sys
+from stairmap.stairway import Stairway
+from stairmap_ros.markers import StairwayMarkers
+from stairmap_ros.messages import make_header, make_stairway_array
+stairway = Stairway.from_dict(json.loads(sys.argv[1]))
+header = make_header("map", 4_500_000_000)
+"""
+
+
+def run_with_ros(code: str) -> Any:
+    """What some code prints as JSON; it finds a stairway of two flights, and a header."""
+    variables = {
+        name: value for name, value in os.environ.items() if name != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
+    }
+    variables.pop("PYTHONPATH", None)
+    ended = subprocess.run(
+        [ENVIRONMENT / "bin/python", "-c", PRELUDE + code, json.dumps(STAIRWAY.to_dict())],
+        env=variables,
+        cwd=Path("/"),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return json.loads(ended.stdout)
+
+
+def test_markers_of_a_stairway_that_vanished_are_deleted_once() -> None:
+    sent = run_with_ros("""
+markers = StairwayMarkers()
+rounds = [markers.make(stairways, header).markers for stairways in ([stairway], [stairway], [], [])]
+print(json.dumps([[(m.ns, m.id, m.action) for m in r] for r in rounds]))
+""")
+    keys = {(name, marker_id) for name in ("box", "label", "nosings") for marker_id in (701, 702)}
+    for shown in sent[:2]:
+        assert {(name, marker_id) for name, marker_id, _ in shown} == keys
+        assert {action for _, _, action in shown} == {0}
+    assert {(name, marker_id) for name, marker_id, _ in sent[2]} == keys
+    assert {action for _, _, action in sent[2]} == {2}
+    assert sent[3] == []
+
+
+def test_a_stairway_of_two_flights_keeps_its_order_landing_and_stamps() -> None:
+    message = run_with_ros("""
+s = make_stairway_array([stairway], header).stairways[0]
+landing = s.landings[0]
+print(json.dumps({
+    "id": s.id, "num": s.num_observations,
+    "first": [s.first_seen.sec, s.first_seen.nanosec], "last": [s.last_seen.sec, s.last_seen.nanosec],
+    "bases": [[f.pose.pose.position.x, f.pose.pose.position.y, f.pose.pose.position.z] for f in s.flights],
+    "turns": [[f.pose.pose.orientation.z, f.pose.pose.orientation.w] for f in s.flights],
+    "planes": [list(f.plane) for f in s.flights],
+    "landing": [landing.pose.position.x, landing.pose.position.y, landing.pose.position.z,
+                landing.length, landing.width],
+}))
+""")
+    assert (message["id"], message["num"]) == (7, 12)
+    assert (message["first"], message["last"]) == ([3, 1], [4, 500_000_000])
+    np.testing.assert_allclose(message["bases"], [LOWER.base, UPPER.base], atol=1e-6)
+    np.testing.assert_allclose(message["turns"][1], [np.sin(np.pi / 4), np.cos(np.pi / 4)], atol=1e-6)
+    np.testing.assert_allclose(message["planes"], [LOWER.plane, UPPER.plane], atol=1e-5)
+    landing = STAIRWAY.landings[0]
+    np.testing.assert_allclose(message["landing"], [*landing.center, *landing.size], atol=1e-6)
