@@ -16,6 +16,14 @@ MAX_BRIDGE = 0.20
 LOOK_OUTWARD = np.array([0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.10, 0.125, 0.15])
 """How far past an end it is looked, m: stringers and rails are thinner than the last."""
 
+MAX_ABOVE = 0.5
+"""A riser with more than this share of its pixels again between 0.2 and 0.8 of a rise above its nosing is a
+wall."""
+
+MAX_STRAY = 0.045
+"""Largest distance of a riser from the lattice beyond a pixel's noise, m: four times STEP_IRREGULARITY and
+the overhang of a nosing."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepExtents:
@@ -118,6 +126,11 @@ def _find_ends(smooth: Float64Array, plateau: float, max_gap: int) -> tuple[floa
     return low, high
 
 
+def _column_step(lattice: RefinedLattice, side: int) -> int:
+    """Which way columns count towards a side (+1 left, -1 right) of the stairs."""
+    return -side if np.cross(lattice.up, lattice.forward)[0] < 0 else side
+
+
 def _is_bounded(image: InverseDepthImage, lattice: RefinedLattice, ends: Float64Array, *, side: int) -> Mask:
     """Tell for each step whether its end on one side (+1 left, -1 right) was seen.
 
@@ -134,7 +147,7 @@ def _is_bounded(image: InverseDepthImage, lattice: RefinedLattice, ends: Float64
     index = members.index[chosen]
     camera = image.camera
     left_axis = np.cross(lattice.up, lattice.forward)
-    column_step = -side if left_axis[0] < 0 else side
+    column_step = _column_step(lattice, side)
     distance = pixels.forward[chosen, None]
     outward = np.maximum(inward[chosen, None], 0) + LOOK_OUTWARD
     offset = np.ceil(outward / distance * camera.fx).astype(np.int64) + np.arange(len(LOOK_OUTWARD))
@@ -171,18 +184,29 @@ def choose_nosings(lattice: RefinedLattice, extents: StepExtents, turned: Mask) 
     """Return the indices of the nosings that were seen, ascending.
 
     A nosing needs its riser, or its tread with a jump at its front; a floor or landing is
-    a tread without either. Steps must overlap the widest one by a third of its width and
-    not be ``turned`` against the others. Above a missed step the stairs go on only if something
-    hides it; where one looks through it they end.
+    a tread without either, a wall behind it a riser without an end, or off the lattice. Steps must
+    overlap the widest one by a third of its width and not be ``turned`` against the others. Above a
+    missed step the stairs go on only if something hides it; where one looks through it they end.
     """
     nosings = lattice.nosings
     is_front = np.isfinite(nosings.distance) & (nosings.num_tread_pixels > 0)
     width = extents.left - extents.right
     is_front &= ~_goes_on_in_front(lattice)
-    seen = nosings.is_seen & ((nosings.num_riser_pixels >= 8) | is_front) & np.isfinite(width)
+    strays = _strays(lattice)
+    seen = (
+        ~_goes_on_above(lattice)
+        & ~strays
+        & nosings.is_seen
+        & ((nosings.num_riser_pixels >= 8) | is_front)
+        & np.isfinite(width)
+    )
     if not seen.any():
         return np.zeros(0, dtype=np.int64)
     weight = np.where(seen, nosings.num_riser_pixels + nosings.num_tread_pixels, 0)
+    first, last = lattice.found
+    if seen[first : last + 1].any():
+        # A wall at the distance of a step that was only tried would outweigh the stairs.
+        weight[:first], weight[last + 1 :] = 0, 0
     main = int(np.argmax(weight * np.nan_to_num(width)))
     overlap = np.minimum(extents.left, extents.left[main]) - np.maximum(extents.right, extents.right[main])
     with np.errstate(invalid="ignore"):
@@ -216,3 +240,26 @@ def _goes_on_in_front(lattice: RefinedLattice) -> Mask:
     inside &= (index - x > 0.15) & (index - x < 0.8)
     in_front = np.bincount(index[inside], minlength=num_nosings) * lattice.row_step
     return np.asarray(in_front > 0.3 * lattice.nosings.num_tread_pixels)
+
+
+def _strays(lattice: RefinedLattice) -> Mask:
+    """(num_nosings,) whether a riser stands off the lattice by more than stairs and noise explain."""
+    measured = lattice.nosings.distance
+    expected = lattice.distance + np.arange(len(measured)) * lattice.run
+    with np.errstate(invalid="ignore"):
+        is_off = np.abs(measured - expected) > MAX_STRAY + lattice.noise * expected**2
+    return np.asarray(is_off & ~lattice.nosings.distance_is_end)
+
+
+def _goes_on_above(lattice: RefinedLattice) -> Mask:
+    """(num_nosings,) whether a riser's surface goes on above its nosing, as a wall does."""
+    x = (lattice.pixels.forward - np.float32(lattice.distance)) / np.float32(lattice.run)
+    y = (lattice.pixels.height - np.float32(lattice.height)) / np.float32(lattice.rise)
+    index = np.rint(x).astype(np.int64)
+    num_nosings = len(lattice.nosings.num_riser_pixels)
+    spread = lattice.noise * lattice.pixels.forward**2
+    near = np.abs(x - index) * abs(lattice.run) < np.minimum(0.015 + 3.0 * spread, 0.3 * abs(lattice.run))
+    above = (index >= 0) & (index < num_nosings) & near & (y - index > 0.2) & (y - index < 0.8)
+    num_above = np.bincount(index[above], minlength=num_nosings) * lattice.row_step
+    num_riser = lattice.nosings.num_riser_pixels
+    return np.asarray((num_riser > 0) & (num_above > MAX_ABOVE * num_riser))

@@ -12,15 +12,10 @@ import numpy as np
 from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.profile_segments import RISER, TREAD, ProfileSegments
+from stairmap.detection.ramps import MAX_RAMP, find_crossings
 
 MIN_JUMP = 0.10
 """Smallest forward distance between the two sides of a jump, m: half of the smallest run."""
-
-MAX_RAMP = 8
-"""Most rows that a smoothing sensor may make of a jump."""
-
-RAMP_END = 0.3
-"""A ramp ends where a row adds less than this share of its steepest row's."""
 
 
 def find_riser_tops(elevation: Elevation, segments: ProfileSegments, in_crease: IntArray) -> Float64Array:
@@ -115,9 +110,6 @@ def _find_crossings(
 ) -> Float64Array:
     """How many rows past the last one on a surface its edge lies.
 
-    A sensor that smooths, or mixes two surfaces in a pixel, makes a ramp of a jump; smoothing inverse
-    depth leaves the edge where it is halfway between both surfaces. A sharp jump lies half a row on.
-
     Parameters
     ----------
     elevation
@@ -133,21 +125,7 @@ def _find_crossings(
     beyond = rows[:, None] + step * np.arange(MAX_RAMP + 1)
     q = elevation.inverse_distance[np.clip(beyond, 0, num_rows - 1), strips[:, None]]
     below = np.where((q > 0) & (beyond >= 0) & (beyond < num_rows), surface - q, np.nan)
-    below[:, 0] = 0.0
-    growth = np.diff(below, axis=1)
-    steepest = np.fmax.accumulate(np.nan_to_num(growth), axis=1)
-    # The ramp ends before the first row that adds little to it.
-    is_flat = ~(growth[:, 1:] > RAMP_END * steepest[:, :-1])
-    last = 1 + np.argmax(np.append(is_flat, np.ones((len(rows), 1), bool), axis=1), axis=1)
-    each = np.arange(len(rows))
-    half = 0.5 * below[each, last]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        after = np.argmax(below >= half[:, None], axis=1)
-        before = np.maximum(after - 1, 0)
-        rise = below[each, after] - below[each, before]
-        crossing = before + (half - below[each, before]) / rise
-    usable = np.isfinite(crossing) & (after > 0)
-    return np.where(usable, np.clip(crossing, 0.0, MAX_RAMP), 0.5) - elevation.edge_shift
+    return find_crossings(below) - elevation.edge_shift
 
 
 def _extend(

@@ -102,7 +102,8 @@ def measure_nosings(
     """
     index = np.arange(num_nosings)
     lattice_s, lattice_z = distance + index * run, height + index * rise
-    spread = noise * pixels.forward.astype(np.float64) ** 2
+    # By where a pixel should be: by where it is, those that err nearer would weigh more.
+    spread = noise * lattice_s[members.index.clip(0, num_nosings - 1)] ** 2
     slope = np.abs(pixels.height) / np.maximum(pixels.forward, 0.1)
     tread_z, tread_std, num_tread = _surface_means(
         pixels.height, members.tread, members.index, spread * slope, num_nosings, row_step

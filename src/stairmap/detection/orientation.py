@@ -24,6 +24,9 @@ HEADING_BINS = 72
 MAX_RESIDUAL = 1.5
 """Normals whose plane fits worse than this many times the frame's noise do not tell up."""
 
+FULL_TURN_SHARE = 0.2
+"""Share of level normals that may turn up by all that is allowed: a few narrow treads may all lean."""
+
 GIVEN_UP_STD = np.radians(0.5)
 """Standard deviation of an up that the frame says nothing about, rad: an IMU's, or SLAM's."""
 
@@ -55,7 +58,8 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
     up
         (3,) unit vector, camera frame, a few degrees off at most.
     max_correction
-        Largest turn, rad; a larger one is not made at all.
+        Largest turn, rad, where level surfaces take ``FULL_TURN_SHARE`` of the normals, less in proportion
+        where they take less; a larger one is not made at all.
 
     Returns
     -------
@@ -76,7 +80,8 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
         scatter = np.asarray(selected.T @ selected, dtype=np.float64)
         matrix = np.count_nonzero(level) * np.eye(3) + UPRIGHT_WEIGHT * scatter
         corrected = normalized(np.linalg.solve(matrix, level_sum))
-    if np.arccos(np.clip(corrected @ up, -1, 1)) > max_correction:
+    share = np.count_nonzero(level) / len(normals)
+    if np.arccos(np.clip(corrected @ up, -1, 1)) > max_correction * min(1.0, share / FULL_TURN_SHARE):
         return CorrectedUp(up, GIVEN_UP_STD)
     num_samples = np.count_nonzero(level) / NORMALS_PER_SAMPLE
     return CorrectedUp(corrected, float(np.hypot(LEVEL_FLOOR_STD, LEVEL_NORMAL_STD / np.sqrt(num_samples))))

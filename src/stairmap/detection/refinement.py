@@ -42,6 +42,10 @@ MAX_PIXELS = (7_000, 12_000)
 MIN_RISER_ROWS = 4
 """Rows of the farthest riser that are kept however many pixels there are."""
 
+STEPS_BEYOND, STEPS_BEFORE = 5, (1, 2)
+"""Steps beyond the farthest nosing found that are tried, for few rows of far ones are left; and before the
+nearest, where stairs ascend and descend."""
+
 EDGE_SHIFT = 3.0
 """Standard deviation of how far a sensor moves the edges of near surfaces outward, working pixels."""
 
@@ -63,6 +67,8 @@ class RefinedLattice:
         (6, 6) of (rise, run, distance, height, tilt about the lateral axis, heading).
     rise_information
         (2, 3) see ``StairObservation``.
+    found
+        First and last index of the nosings that found the lattice; those before and behind were only tried.
     pixels, members
         The pixels in the corrected axes and where they belong; every ``row_step``-th row.
     nosings
@@ -79,6 +85,7 @@ class RefinedLattice:
     rise: float
     covariance: Float64Array
     rise_information: Float64Array
+    found: tuple[int, int]
     pixels: StairPixels
     members: Membership
     row_step: int
@@ -120,10 +127,10 @@ def refine_lattice(
     -------
     The measured lattice, or ``None`` when fewer than two steps keep pixels.
     """
-    # Two more steps are tried above the highest nosing found, one below the lowest.
-    distance, height = lattice.distance - lattice.run, lattice.height - lattice.rise
     run, rise = lattice.run, lattice.rise
-    num_nosings = int(lattice.indices[-1]) + 4
+    num_below, num_above = (STEPS_BEFORE[0], STEPS_BEYOND) if run > 0 else (STEPS_BEYOND, STEPS_BEFORE[1])
+    distance, height = lattice.distance - num_below * run, lattice.height - num_below * rise
+    num_nosings = num_below + int(lattice.indices[-1]) + 1 + num_above
     area = image.camera.height * (columns[1] - columns[0])
     # However many pixels there are, each riser keeps a few rows.
     farthest = max(distance, distance + num_nosings * run, 0.3)
@@ -137,7 +144,7 @@ def refine_lattice(
         if np.count_nonzero(members.tread | members.riser) * row_step < 3 * MIN_SURFACE_PIXELS:
             return None
         tilt, roll, turn, rotation_covariance = _fit_rotation(
-            pixels, members, noise, num_nosings, row_step, up_std
+            pixels, members, noise, num_nosings, row_step, up_std, ascends=run > 0
         )
         left = np.cross(up, forward)
         new_up = normalized(up + tilt * forward + roll * left)
@@ -173,6 +180,7 @@ def refine_lattice(
         rise=rise,
         covariance=_with_rotation(covariance, rotation_covariance, run, rise, distance, height),
         rise_information=with_rise_variance(rise_information, run**2 * float(rotation_covariance[0, 0])),
+        found=(num_below, num_below + int(lattice.indices[-1])),
         pixels=pixels,
         members=members,
         row_step=row_step,
@@ -182,7 +190,14 @@ def refine_lattice(
 
 
 def _fit_rotation(
-    pixels: StairPixels, members: Membership, noise: float, num_nosings: int, row_step: int, up_std: float
+    pixels: StairPixels,
+    members: Membership,
+    noise: float,
+    num_nosings: int,
+    row_step: int,
+    up_std: float,
+    *,
+    ascends: bool,
 ) -> tuple[float, float, float, Float64Array]:
     """Small angles (tilt, roll, turn) that make treads level and risers square, and their covariance.
 
@@ -215,7 +230,7 @@ def _fit_rotation(
         covariance = np.linalg.inv(information + np.diag(1.0 / priors**2))
         tilt, roll, turn, _, tread_slope = -covariance @ gradient
         # The design adds the slope to the tilt, so a tread that climbs has a negative one.
-        if tread_slope < -MIN_SLOPE:
+        if (tread_slope if ascends else -tread_slope) < -MIN_SLOPE:
             break
     return float(tilt), float(roll), float(turn), np.asarray(covariance[:3, :3], dtype=np.float64)
 

@@ -9,10 +9,11 @@ steps of all observations.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray
+from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.refinement import EDGE_SHIFT
 from stairmap.detection.rise_information import solve_rise_and_shift, with_rise_variance
 from stairmap.geometry import wrapped_angle
@@ -37,14 +38,21 @@ AGREEMENT = 0.010
 MAX_PRECISE_STD = 0.0055
 """Standard deviation of an observation's own rise up to which it can confirm a flight, m."""
 
-MIN_STEP_SHARE = 0.08
-"""A step counts when it was seen in this share of the observations of the best-seen step, at least twice."""
+MIN_STEP_SHARE, MIN_TOP_SHARE = 0.08, 0.04
+"""A step counts when it was seen in this share of the observations of the best-seen step, at least twice;
+above the best-seen step, where few frames reach, in the second."""
 
 
 MIN_ENDS_SHARE = 0.04
 """Share of the edges whose ends must have been seen for the width to count as bounded, and three at least:
 with a rail on both sides only the first step may show them."""
 
+
+MIN_FIRST_EDGES = 5
+"""Fewest edges of the first step with both ends seen that tell whether posts hide the ends of the others."""
+
+MIN_POSTS, MAX_POSTS = 0.03, 0.15
+"""How much wider than the others the first step is where posts hide their ends, both sides together, m."""
 
 EDGES_PER_SAMPLE = 60.0
 """Edges of neighbouring frames and steps that count as one independent measurement of the width."""
@@ -102,11 +110,11 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
     index = edges["index"] + shift[owner]
     lowest_index = int(index.min())
     first, last = _step_range(index, shift, records, lowest_index)
-    left, right, left_bounded, right_bounded, width_std = _extent(edges, axes[owner, 1])
+    extent = _extent(edges, axes[owner, 1], index == first)
+    left, right = extent.left, extent.right
 
-    forward_std = _mean_std(axes[:, 0] - shift * run, records["forward_variance"] + POSE_STD**2)
+    forward_std = _place_std(axes[:, 0] - shift * run, records["forward_variance"] + POSE_STD**2)
     up_std = _mean_std(axes[:, 2] - shift * rise, records["up_variance"] + POSE_STD**2)
-    left_std = _mean_std(axes[:, 1], np.full(len(axes), POSE_STD**2))
     cosine, sine = np.cos(heading), np.sin(heading)
     middle = (left + right) / 2
 
@@ -135,18 +143,18 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
         run=run,
         width=max(left - right, 1e-3),
         num_risers=last - first + 1,
-        left_bounded=left_bounded,
-        right_bounded=right_bounded,
+        left_bounded=extent.left_bounded,
+        right_bounded=extent.right_bounded,
         std=FlightStd(
             rise=rise_std,
             run=run_std,
-            width=width_std,
+            width=extent.width_std,
             pitch=float(pitch_std),
             heading=heading_std,
             base=np.array(
                 [
-                    np.hypot(forward_std * cosine, left_std * sine),
-                    np.hypot(forward_std * sine, left_std * cosine),
+                    np.hypot(forward_std * cosine, extent.middle_std * sine),
+                    np.hypot(forward_std * sine, extent.middle_std * cosine),
                     up_std,
                 ]
             ),
@@ -216,6 +224,18 @@ def _mean_std(values: Float64Array, variances: Float64Array) -> float:
     return float(np.sqrt(max(stated, seen) / samples))
 
 
+def _place_std(values: Float64Array, variances: Float64Array) -> float:
+    """Standard deviation of a place in a map that drifted while it was measured.
+
+    Drift does not average out: which moment's place is asked for remains open by all of its spread.
+    """
+    weights = 1.0 / variances
+    mean = np.average(values, weights=weights)
+    spread = float(np.average((values - mean) ** 2, weights=weights))
+    noise = len(values) / float(weights.sum()) - POSE_STD**2
+    return float(np.hypot(_mean_std(values, variances), np.sqrt(max(spread - noise, 0.0))))
+
+
 def _align(
     axes: Float64Array, records: np.ndarray[tuple[int], np.dtype[np.void]], rise: float, run: float
 ) -> tuple[IntArray, float, float]:
@@ -240,8 +260,9 @@ def _step_range(
 ) -> tuple[int, int]:
     """First and last step: those seen often enough, ended by floor and landing where these were seen."""
     counts = np.bincount(index - lowest)
-    needed = max(2 if len(records) > 1 else 1, MIN_STEP_SHARE * counts.max())
-    often = np.flatnonzero(counts >= needed)
+    is_above = np.arange(len(counts)) > np.argmax(counts)
+    share = np.where(is_above, MIN_TOP_SHARE, MIN_STEP_SHARE)
+    often = np.flatnonzero(counts >= np.maximum(2 if len(records) > 1 else 1, share * counts.max()))
     if len(often) == 0:
         often = np.flatnonzero(counts)
     first, last = int(often[0]) + lowest, int(often[-1]) + lowest
@@ -261,23 +282,64 @@ def _step_range(
     return first, last
 
 
-def _extent(
-    edges: np.ndarray[tuple[int], np.dtype[np.void]], left_of_axis: Float64Array
-) -> tuple[float, float, bool, bool, float]:
-    """Left and right end of the flight, whether each was seen, and the standard deviation of the width.
+class _Extent(NamedTuple):
+    """Lateral ends of a flight along the left axis, whether each was seen, and standard deviations, m."""
 
-    Edges whose ends were both seen tell the width, whatever drift does to their place. Where
-    posts or stringers stand on the steps it is the clear width between them.
+    left: float
+    right: float
+    left_bounded: bool
+    right_bounded: bool
+    width_std: float
+    middle_std: float
+
+
+def _extent(
+    edges: np.ndarray[tuple[int], np.dtype[np.void]], left_of_axis: Float64Array, is_first: Mask
+) -> _Extent:
+    """Return where a flight ends on both sides.
+
+    Edges whose ends were both seen tell the width, whatever drift does to their place. Posts on a step
+    hide the ends of the next one; before the first step stands none, so a little more width there is
+    the stairs'.
+
+    Parameters
+    ----------
+    edges
+        (E,) records of ``EDGE_FIELDS``.
+    left_of_axis
+        (E,) how far the origins of their observations lie to the left, m.
+    is_first
+        (E,) whether each is of the first step.
     """
     left, right = edges["left"] + left_of_axis, edges["right"] + left_of_axis
     both = edges["left_bounded"] & edges["right_bounded"]
     if np.count_nonzero(both) >= max(3, MIN_ENDS_SHARE * len(edges)):
-        widths, middles = (edges["left"] - edges["right"])[both], 0.5 * (left + right)[both]
-        width, middle = float(np.median(widths)), float(np.median(middles))
-        spread = 1.48 * float(np.median(np.abs(widths - width)))
+        chosen, posts = both, 0.0
+        width = float(np.median((left - right)[both]))
+        first = both & is_first
+        if np.count_nonzero(first) >= MIN_FIRST_EDGES:
+            posts = float(np.median((left - right)[first])) - width
+            if MIN_POSTS < posts < MAX_POSTS:
+                chosen, width = first, width + posts
+            else:
+                posts = 0.0
+        widths, middles = (left - right)[chosen], 0.5 * (left + right)[chosen]
+        middle = float(np.median(middles))
+        spread, middle_spread = (
+            1.48 * float(np.median(np.abs(values - np.median(values)))) for values in (widths, middles)
+        )
         samples = max(len(widths) / EDGES_PER_SAMPLE, 1.0)
         width_std = float(np.hypot(0.005, spread / np.sqrt(samples)))
-        return middle + width / 2, middle - width / 2, True, True, width_std
+        # Whether posts or another first step are the reason is open.
+        width_std = float(np.hypot(width_std, posts / 4.0))
+        return _Extent(
+            middle + width / 2,
+            middle - width / 2,
+            True,
+            True,
+            width_std,
+            float(np.hypot(0.005, middle_spread)),
+        )
     ends = []
     for values, bounded, sign in (
         (left, edges["left_bounded"], 1.0),
@@ -286,4 +348,4 @@ def _extent(
         is_seen = np.count_nonzero(bounded) >= max(3, MIN_ENDS_SHARE * len(edges))
         end = np.median(values[bounded]) if is_seen else sign * np.percentile(sign * values, 90)
         ends.append((float(end), bool(is_seen)))
-    return ends[0][0], ends[1][0], ends[0][1], ends[1][1], 0.03
+    return _Extent(ends[0][0], ends[1][0], ends[0][1], ends[1][1], 0.03, 0.03)
