@@ -8,6 +8,7 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.inverse_depth import InverseDepthImage
+from stairmap.detection.ramps import MAX_RAMP, SHARP, find_crossings
 from stairmap.detection.refinement import RefinedLattice
 
 MAX_BRIDGE = 0.20
@@ -15,6 +16,18 @@ MAX_BRIDGE = 0.20
 
 LOOK_OUTWARD = np.array([0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.10, 0.125, 0.15])
 """How far past an end it is looked, m: stringers and rails are thinner than the last."""
+
+MAX_RAMP_OFFSET = 0.08
+"""How near to a step's end, m, its outermost pixel in a row must lie to show how sharp the end is."""
+
+MIN_RAMP_DROP = 0.08
+"""Smallest share by which inverse depth falls there."""
+
+MIN_RAMP_ROWS = 8
+"""Fewest rows on a side that tell how sharp ends are."""
+
+MIN_RAMP = 0.75
+"""Ends are moved outward where they lie more than this many pixels past the last one on the steps."""
 
 MAX_ABOVE = 0.5
 """A riser with more than this share of its pixels again between 0.2 and 0.8 of a rise above its nosing is a
@@ -70,8 +83,13 @@ def measure_extents(image: InverseDepthImage, lattice: RefinedLattice) -> StepEx
             ends = _find_ends(smooth[nosing], float(plateau[nosing]), round(MAX_BRIDGE / bin_width))
             if ends is not None:
                 right[nosing], left[nosing] = start + bin_width * ends[0], start + bin_width * ends[1]
-    left_bounded = _is_bounded(image, lattice, left, side=1)
-    right_bounded = _is_bounded(image, lattice, right, side=-1)
+    left_bounded, left_is_free = _is_bounded(image, lattice, left, side=1)
+    right_bounded, right_is_free = _is_bounded(image, lattice, right, side=-1)
+    # Where a sensor smooths, the last pixels before something farther lie no more on the step.
+    ramp = min(_measure_ramp(image, lattice, left, side=1), _measure_ramp(image, lattice, right, side=-1))
+    if ramp > MIN_RAMP:
+        lost = ramp / image.camera.fx * (lattice.distance + np.arange(num_nosings) * lattice.run)
+        left, right = left + lost * left_is_free, right - lost * right_is_free
     return StepExtents(left=left, right=right, left_bounded=left_bounded, right_bounded=right_bounded)
 
 
@@ -131,8 +149,40 @@ def _column_step(lattice: RefinedLattice, side: int) -> int:
     return -side if np.cross(lattice.up, lattice.forward)[0] < 0 else side
 
 
-def _is_bounded(image: InverseDepthImage, lattice: RefinedLattice, ends: Float64Array, *, side: int) -> Mask:
-    """Tell for each step whether its end on one side (+1 left, -1 right) was seen.
+def _measure_ramp(
+    image: InverseDepthImage, lattice: RefinedLattice, ends: Float64Array, *, side: int
+) -> float:
+    """How many pixels past the steps' own their ends lie on one side (+1 left, -1 right) beyond a sharp edge.
+
+    A side face that recedes looks like a ramp too, but is seen on one side only: the smaller of both
+    sides is the sensor's.
+    """
+    members, pixels = lattice.members, lattice.pixels
+    index = members.index.clip(0, len(ends) - 1)
+    with np.errstate(invalid="ignore"):
+        near_end = np.abs(ends[index] - pixels.left) < MAX_RAMP_OFFSET
+    chosen = np.flatnonzero((members.tread | members.riser) & near_end)
+    column_step = _column_step(lattice, side)
+    # The outermost pixel of each row of each step.
+    order = np.lexsort((column_step * pixels.column[chosen], pixels.row[chosen], index[chosen]))
+    chosen = chosen[order]
+    is_last = np.append((np.diff(pixels.row[chosen]) != 0) | (np.diff(index[chosen]) != 0), True)
+    last = chosen[is_last[: len(chosen)]]
+    columns = pixels.column[last, None] + column_step * np.arange(MAX_RAMP + 1)
+    in_image = (columns >= 0) & (columns < image.camera.width)
+    q = image.inverse_depth[pixels.row[last, None], np.clip(columns, 0, image.camera.width - 1)]
+    below = np.where(in_image & (q > 0), 1.0 - q / q[:, :1], np.nan).astype(np.float64)
+    is_jump = np.nan_to_num(below).max(axis=1) > MIN_RAMP_DROP
+    if np.count_nonzero(is_jump) < MIN_RAMP_ROWS:
+        return 0.0
+    return float(np.median(find_crossings(below[is_jump]))) - SHARP
+
+
+def _is_bounded(
+    image: InverseDepthImage, lattice: RefinedLattice, ends: Float64Array, *, side: int
+) -> tuple[Mask, Mask]:
+    """Tell for each step whether its end on one side (+1 left, -1 right) was seen, and whether free before
+    something farther rather than at a wall.
 
     The pixels near an end look outward along their row. An end was seen when something farther
     follows, or a wall that stands at the end. It was not when the image ends there, when
@@ -177,7 +227,8 @@ def _is_bounded(image: InverseDepthImage, lattice: RefinedLattice, ends: Float64
     cut = ~seen_farther & ~hidden & (first_outside < never)
     bounded = np.bincount(index[seen_farther | at_wall], minlength=num_nosings)
     unbounded = np.bincount(index[(hidden & ~at_wall) | cut], minlength=num_nosings)
-    return np.asarray((bounded > 2 * unbounded) & (bounded >= 3))
+    free = np.bincount(index[seen_farther], minlength=num_nosings)
+    return np.asarray((bounded > 2 * unbounded) & (bounded >= 3)), np.asarray(2 * free > bounded)
 
 
 def choose_nosings(lattice: RefinedLattice, extents: StepExtents, turned: Mask) -> IntArray:

@@ -49,10 +49,10 @@ with a rail on both sides only the first step may show them."""
 
 
 MIN_FIRST_EDGES = 5
-"""Fewest edges of the first step with both ends seen that tell whether posts hide the ends of the others."""
+"""Fewest edges of the first step with both ends seen that tell whether it is wider than the others."""
 
-MIN_POSTS, MAX_POSTS = 0.03, 0.15
-"""How much wider than the others the first step is where posts hide their ends, both sides together, m."""
+MIN_WIDER, MAX_WIDER = 0.03, 0.16
+"""How much wider the first step is where posts or stringers are the reason, both sides together, m."""
 
 EDGES_PER_SAMPLE = 60.0
 """Edges of neighbouring frames and steps that count as one independent measurement of the width."""
@@ -298,9 +298,10 @@ def _extent(
 ) -> _Extent:
     """Return where a flight ends on both sides.
 
-    Edges whose ends were both seen tell the width, whatever drift does to their place. Posts on a step
-    hide the ends of the next one; before the first step stands none, so a little more width there is
-    the stairs'.
+    Edges whose ends were both seen tell the width, whatever drift does to their place. A first step that
+    is a little wider leaves two answers open: posts that stand on the steps hide the ends of all others,
+    or stringers begin beside it. What is left between them is the width, and the standard deviation says
+    how much it may be more.
 
     Parameters
     ----------
@@ -314,24 +315,18 @@ def _extent(
     left, right = edges["left"] + left_of_axis, edges["right"] + left_of_axis
     both = edges["left_bounded"] & edges["right_bounded"]
     if np.count_nonzero(both) >= max(3, MIN_ENDS_SHARE * len(edges)):
-        chosen, posts = both, 0.0
-        width = float(np.median((left - right)[both]))
-        first = both & is_first
-        if np.count_nonzero(first) >= MIN_FIRST_EDGES:
-            posts = float(np.median((left - right)[first])) - width
-            if MIN_POSTS < posts < MAX_POSTS:
-                chosen, width = first, width + posts
-            else:
-                posts = 0.0
-        widths, middles = (left - right)[chosen], 0.5 * (left + right)[chosen]
-        middle = float(np.median(middles))
+        widths, middles = (left - right)[both], 0.5 * (left + right)[both]
+        width, middle = float(np.median(widths)), float(np.median(middles))
         spread, middle_spread = (
             1.48 * float(np.median(np.abs(values - np.median(values)))) for values in (widths, middles)
         )
         samples = max(len(widths) / EDGES_PER_SAMPLE, 1.0)
         width_std = float(np.hypot(0.005, spread / np.sqrt(samples)))
-        # Whether posts or another first step are the reason is open.
-        width_std = float(np.hypot(width_std, posts / 4.0))
+        first = both & is_first
+        if np.count_nonzero(first) >= MIN_FIRST_EDGES:
+            wider = float(np.median((left - right)[first])) - width
+            if MIN_WIDER < wider < MAX_WIDER:
+                width_std = float(np.hypot(width_std, wider / 2.0))
         return _Extent(
             middle + width / 2,
             middle - width / 2,
