@@ -42,9 +42,9 @@ MAX_PIXELS = (7_000, 12_000)
 MIN_RISER_ROWS = 4
 """Rows of the farthest riser that are kept however many pixels there are."""
 
-STEPS_BEYOND, STEPS_BEFORE = 5, (1, 2)
-"""Steps beyond the farthest nosing found that are tried, for few rows of far ones are left; and before the
-nearest, where stairs ascend and descend."""
+STEPS_ASCENDING, STEPS_DESCENDING = (1, 5), (2, 2)
+"""Steps below and above those found that are tried, where stairs ascend and descend: far up, few rows of each
+riser are left, and too few for the search."""
 
 EDGE_SHIFT = 3.0
 """Standard deviation of how far a sensor moves the edges of near surfaces outward, working pixels."""
@@ -128,7 +128,7 @@ def refine_lattice(
     The measured lattice, or ``None`` when fewer than two steps keep pixels.
     """
     run, rise = lattice.run, lattice.rise
-    num_below, num_above = (STEPS_BEFORE[0], STEPS_BEYOND) if run > 0 else (STEPS_BEYOND, STEPS_BEFORE[1])
+    num_below, num_above = STEPS_ASCENDING if run > 0 else STEPS_DESCENDING
     distance, height = lattice.distance - num_below * run, lattice.height - num_below * rise
     num_nosings = num_below + int(lattice.indices[-1]) + 1 + num_above
     area = image.camera.height * (columns[1] - columns[0])

@@ -38,9 +38,9 @@ AGREEMENT = 0.010
 MAX_PRECISE_STD = 0.0055
 """Standard deviation of an observation's own rise up to which it can confirm a flight, m."""
 
-MIN_STEP_SHARE, MIN_TOP_SHARE = 0.08, 0.04
+MIN_STEP_SHARE, MIN_NEXT_SHARE = 0.08, 0.2
 """A step counts when it was seen in this share of the observations of the best-seen step, at least twice;
-above the best-seen step, where few frames reach, in the second."""
+above that, where fewer and fewer frames reach, in the second share of those of the step below it."""
 
 
 MIN_ENDS_SHARE = 0.04
@@ -260,9 +260,10 @@ def _step_range(
 ) -> tuple[int, int]:
     """First and last step: those seen often enough, ended by floor and landing where these were seen."""
     counts = np.bincount(index - lowest)
+    below = np.append(0, counts[:-1])
     is_above = np.arange(len(counts)) > np.argmax(counts)
-    share = np.where(is_above, MIN_TOP_SHARE, MIN_STEP_SHARE)
-    often = np.flatnonzero(counts >= np.maximum(2 if len(records) > 1 else 1, share * counts.max()))
+    needed = np.where(is_above, MIN_NEXT_SHARE * below, MIN_STEP_SHARE * counts.max())
+    often = np.flatnonzero(counts >= np.maximum(needed, 2 if len(records) > 1 else 1))
     if len(often) == 0:
         often = np.flatnonzero(counts)
     first, last = int(often[0]) + lowest, int(often[-1]) + lowest
