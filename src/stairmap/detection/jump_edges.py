@@ -40,11 +40,12 @@ def find_riser_tops(elevation: Elevation, segments: ProfileSegments, in_crease: 
     chosen = np.flatnonzero(is_candidate)
     distance, strip = segments.distance[chosen], segments.strip[chosen]
     top = _extend(elevation, segments.last_row[chosen], strip, distance, along_slope=False)
-    farther = _is_farther(elevation, top, strip, distance, step=-1)
+    farther = _is_farther(elevation, top, strip, distance, step=-1) & (top >= 2)
+    top, strip, distance = top[farther], strip[farther], distance[farther]
     surface = np.repeat(1.0 / distance[:, None], MAX_RAMP + 1, axis=1)
-    rows = _find_crossings(elevation, top, strip, surface, -1)
+    rows = _find_crossings(elevation, top, strip, surface)
     height = (elevation.slope[top] + rows / elevation.row_density) * distance
-    return np.stack([distance, height, strip], axis=1)[farther & (top >= 2)].astype(np.float64)
+    return np.stack([distance, height, strip], axis=1).astype(np.float64)
 
 
 def find_tread_fronts(
@@ -71,18 +72,24 @@ def find_tread_fronts(
     chosen = np.flatnonzero(is_candidate)
     height, strip = segments.height[chosen], segments.strip[chosen]
     if view_sign > 0:
-        # The rows that follow may show the front of the tread's slab, which is no ramp.
         end = _extend(elevation, segments.first_row[chosen], strip, height, along_slope=True, step=1)
-        slope = elevation.slope[end]
     else:
         end = _extend(elevation, segments.last_row[chosen], strip, height, along_slope=True)
-        surface = _slopes_beyond(elevation, end, -1) / height[:, None]
-        rows = _find_crossings(elevation, end, strip, surface, -1)
-        slope = np.asarray(elevation.slope[end] + rows / elevation.row_density, dtype=np.float32)
-    with np.errstate(divide="ignore"):
-        distance = np.where(np.abs(slope) > 1e-3, height / slope, 0.0)
+    distance = _divide(height, elevation.slope[end])
     farther = _is_farther(elevation, end, strip, distance, step=view_sign) & (distance > 0.2)
-    return np.stack([distance, height, strip], axis=1)[farther].astype(np.float64)
+    end, strip, height, distance = end[farther], strip[farther], height[farther], distance[farther]
+    if view_sign < 0:
+        # Seen from below, the rows that follow may show the front of the tread's slab, which is no ramp.
+        surface = _slopes_beyond(elevation, end) / height[:, None]
+        rows = _find_crossings(elevation, end, strip, surface)
+        distance = _divide(height, (elevation.slope[end] + rows / elevation.row_density).astype(np.float32))
+    return np.stack([distance, height, strip], axis=1).astype(np.float64)
+
+
+def _divide(height: Float32Array, slope: Float32Array) -> Float32Array:
+    """Forward distance of heights seen under slopes, m; 0 near the horizon."""
+    with np.errstate(divide="ignore"):
+        return np.where(np.abs(slope) > 1e-3, height / slope, np.float32(0))
 
 
 def _is_farther(
@@ -99,16 +106,16 @@ def _is_farther(
     return np.asarray(((q > 0) & (q < limit[:, None]) & (beyond >= 0) & (beyond < num_rows)).any(axis=1))
 
 
-def _slopes_beyond(elevation: Elevation, rows: IntArray, step: int) -> Float32Array:
-    """(N, MAX_RAMP + 1) slopes of rows and of those that follow them."""
-    beyond = rows[:, None] + step * np.arange(MAX_RAMP + 1)
+def _slopes_beyond(elevation: Elevation, rows: IntArray) -> Float32Array:
+    """(N, MAX_RAMP + 1) slopes of rows and of those above them."""
+    beyond = rows[:, None] - np.arange(MAX_RAMP + 1)
     return np.asarray(elevation.slope[np.clip(beyond, 0, len(elevation.slope) - 1)])
 
 
 def _find_crossings(
-    elevation: Elevation, rows: IntArray, strips: IntArray, surface: Float32Array, step: int
+    elevation: Elevation, rows: IntArray, strips: IntArray, surface: Float32Array
 ) -> Float64Array:
-    """How many rows past the last one on a surface its edge lies.
+    """How many rows above the last one on a surface its edge lies.
 
     Parameters
     ----------
@@ -117,12 +124,10 @@ def _find_crossings(
     rows, strips
         (N,) last cells on the surface.
     surface
-        (N, MAX_RAMP + 1) inverse distance of the surface in that row and the following ones, 1/m.
-    step
-        In which direction rows follow.
+        (N, MAX_RAMP + 1) inverse distance of the surface in that row and those above it, 1/m.
     """
     num_rows = len(elevation.slope)
-    beyond = rows[:, None] + step * np.arange(MAX_RAMP + 1)
+    beyond = rows[:, None] - np.arange(MAX_RAMP + 1)
     q = elevation.inverse_distance[np.clip(beyond, 0, num_rows - 1), strips[:, None]]
     below = np.where((q > 0) & (beyond >= 0) & (beyond < num_rows), surface - q, np.nan)
     return find_crossings(below) - elevation.edge_shift
