@@ -133,7 +133,7 @@ def refine_lattice(
     num_nosings = num_below + int(lattice.indices[-1]) + 1 + num_above
     area = image.camera.height * (columns[1] - columns[0])
     # However many pixels there are, each riser keeps a few rows.
-    farthest = max(distance, lattice.distance + int(lattice.indices[-1]) * run, 0.3)
+    farthest = max(distance, lattice.distance + (int(lattice.indices[-1]) + 3) * run, 0.3)
     max_row_step = max(1, int(rise * image.camera.fy / farthest / MIN_RISER_ROWS))
     for max_pixels in MAX_PIXELS:
         row_step = min(max(1, -(-area // max_pixels)), max_row_step)
