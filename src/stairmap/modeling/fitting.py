@@ -26,6 +26,14 @@ POSE_STD = 0.01
 POSE_HEADING_STD = np.radians(0.5)
 """Standard deviation of a pose's heading, rad."""
 
+HEIGHT_SCATTER, HEADING_SCATTER = 0.007, np.radians(0.25)
+"""Standard deviations of a pose's height, m, and heading, rad, against its neighbours where the mean's is asked
+for: drift moves all frames of a moment alike, so they scatter less than they are off."""
+
+DRIFT_ALONG, DRIFT_ACROSS = 0.5, 0.75
+"""How much of the spread that drift gave the places of a flight is the standard deviation of its place: near
+frames, which weigh most, were taken within a shorter time than all; across, all weigh alike."""
+
 FRAMES_PER_SAMPLE = 6.0
 """Neighbouring frames see the same steps from nearly the same place: so many count as one."""
 
@@ -114,7 +122,7 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
     left, right = extent.left, extent.right
 
     forward_std = _place_std(axes[:, 0] - shift * run, records["forward_variance"] + POSE_STD**2)
-    up_std = _mean_std(axes[:, 2] - shift * rise, records["up_variance"] + POSE_STD**2)
+    up_std = _mean_std(axes[:, 2] - shift * rise, records["up_variance"] + HEIGHT_SCATTER**2)
     cosine, sine = np.cos(heading), np.sin(heading)
     middle = (left + right) / 2
 
@@ -181,7 +189,7 @@ def _mean_heading(headings: Float64Array, variances: Float64Array) -> tuple[floa
     total = variances + POSE_HEADING_STD**2
     weights = 1.0 / total
     mean = float(np.average(offsets, weights=weights))
-    return wrapped_angle(reference + mean), _mean_std(offsets, total)
+    return wrapped_angle(reference + mean), _mean_std(offsets, variances + HEADING_SCATTER**2)
 
 
 def _robust_mean(values: Float64Array, variances: Float64Array) -> tuple[float, float]:
@@ -233,7 +241,7 @@ def _place_std(values: Float64Array, variances: Float64Array) -> float:
     mean = np.average(values, weights=weights)
     spread = float(np.average((values - mean) ** 2, weights=weights))
     noise = len(values) / float(weights.sum()) - POSE_STD**2
-    return float(np.hypot(_mean_std(values, variances), np.sqrt(max(spread - noise, 0.0))))
+    return float(np.hypot(_mean_std(values, variances), DRIFT_ALONG * np.sqrt(max(spread - noise, 0.0))))
 
 
 def _align(
@@ -334,7 +342,7 @@ def _extent(
             True,
             True,
             width_std,
-            float(np.hypot(0.005, middle_spread)),
+            float(np.hypot(0.005, DRIFT_ACROSS * middle_spread)),
         )
     ends = []
     for values, bounded, sign in (
