@@ -27,8 +27,8 @@ POSE_HEADING_STD = np.radians(0.5)
 """Standard deviation of a pose's heading, rad."""
 
 HEIGHT_SCATTER, HEADING_SCATTER = 0.007, np.radians(0.25)
-"""Standard deviations of a pose's height, m, and heading, rad, against its neighbours where the mean's is asked
-for: drift moves all frames of a moment alike, so they scatter less than they are off."""
+"""Standard deviations of a pose's height, m, and heading, rad, against its neighbours where the mean's is
+asked for: drift moves all frames of a moment alike, so they scatter less than they are off."""
 
 DRIFT_ALONG, DRIFT_ACROSS = 0.5, 0.75
 """How much of the spread that drift gave the places of a flight is the standard deviation of its place: near
