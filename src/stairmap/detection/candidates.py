@@ -8,12 +8,13 @@ import numpy as np
 
 from stairmap.arrays import Float32Array, Float64Array, IntArray
 from stairmap.config import Config
-from stairmap.detection.edge_lines import StepExtents, choose_nosings, measure_extents
+from stairmap.detection.edge_lines import StepExtents, measure_extents
 from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.detection.lattice import Lattice
 from stairmap.detection.observation import Rejection, StairEdge, StairObservation
 from stairmap.detection.refinement import RefinedLattice
 from stairmap.detection.rules import find_rejections
+from stairmap.detection.seen_steps import choose_nosings
 from stairmap.detection.step_turns import find_turned
 
 

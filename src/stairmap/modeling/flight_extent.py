@@ -1,0 +1,90 @@
+"""How far a flight reaches to either side, from the ends of all its edges."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, Mask
+
+MIN_ENDS_SHARE = 0.04
+"""Share of the edges whose ends must have been seen for the width to count as bounded, and three at least:
+with a rail on both sides only the first step may show them."""
+
+MIN_FIRST_EDGES = 5
+"""Fewest edges of the first step with both ends seen that tell whether it is wider than the others."""
+
+MIN_WIDER, MAX_WIDER = 0.03, 0.16
+"""How much wider the first step is where posts or stringers are the reason, both sides together, m."""
+
+DRIFT_ACROSS = 0.75
+"""How much of the spread of the middles of a flight's edges is the standard deviation of its middle: all weigh
+alike, but not all of it is drift."""
+
+EDGES_PER_SAMPLE = 60.0
+"""Edges of neighbouring frames and steps that count as one independent measurement of the width."""
+
+
+class FlightExtent(NamedTuple):
+    """Lateral ends of a flight along the left axis, whether each was seen, and standard deviations, m."""
+
+    left: float
+    right: float
+    left_bounded: bool
+    right_bounded: bool
+    width_std: float
+    middle_std: float
+
+
+def find_extent(
+    edges: np.ndarray[tuple[int], np.dtype[np.void]], left_of_axis: Float64Array, is_first: Mask
+) -> FlightExtent:
+    """Return where a flight ends on both sides.
+
+    Edges whose ends were both seen tell the width, whatever drift does to their place. A first step that
+    is a little wider leaves two answers open: posts that stand on the steps hide the ends of all others,
+    or stringers begin beside it. What is left between them is the width, and the standard deviation says
+    how much it may be more.
+
+    Parameters
+    ----------
+    edges
+        (E,) records of ``EDGE_FIELDS``.
+    left_of_axis
+        (E,) how far the origins of their observations lie to the left, m.
+    is_first
+        (E,) whether each is of the first step.
+    """
+    left, right = edges["left"] + left_of_axis, edges["right"] + left_of_axis
+    both = edges["left_bounded"] & edges["right_bounded"]
+    if np.count_nonzero(both) >= max(3, MIN_ENDS_SHARE * len(edges)):
+        widths, middles = (left - right)[both], 0.5 * (left + right)[both]
+        width, middle = float(np.median(widths)), float(np.median(middles))
+        spread, middle_spread = (
+            1.48 * float(np.median(np.abs(values - np.median(values)))) for values in (widths, middles)
+        )
+        samples = max(len(widths) / EDGES_PER_SAMPLE, 1.0)
+        width_std = float(np.hypot(0.005, spread / np.sqrt(samples)))
+        first = both & is_first
+        if np.count_nonzero(first) >= MIN_FIRST_EDGES:
+            wider = float(np.median((left - right)[first])) - width
+            if MIN_WIDER < wider < MAX_WIDER:
+                width_std = float(np.hypot(width_std, wider / 2.0))
+        return FlightExtent(
+            middle + width / 2,
+            middle - width / 2,
+            True,
+            True,
+            width_std,
+            float(np.hypot(0.005, DRIFT_ACROSS * middle_spread)),
+        )
+    ends = []
+    for values, bounded, sign in (
+        (left, edges["left_bounded"], 1.0),
+        (right, edges["right_bounded"], -1.0),
+    ):
+        is_seen = np.count_nonzero(bounded) >= max(3, MIN_ENDS_SHARE * len(edges))
+        end = np.median(values[bounded]) if is_seen else sign * np.percentile(sign * values, 90)
+        ends.append((float(end), bool(is_seen)))
+    return FlightExtent(ends[0][0], ends[1][0], ends[0][1], ends[1][1], 0.03, 0.03)
