@@ -19,8 +19,8 @@ MIN_WIDER, MAX_WIDER = 0.03, 0.16
 """How much wider the first step is where posts or stringers are the reason, both sides together, m."""
 
 DRIFT_ACROSS = 0.75
-"""How much of the spread of the middles of a flight's edges is the standard deviation of its middle: all weigh
-alike, but not all of it is drift."""
+"""How much of the spread of the middles of a flight's edges is the standard deviation of its middle: all
+weigh alike, but not all of it is drift."""
 
 EDGES_PER_SAMPLE = 60.0
 """Edges of neighbouring frames and steps that count as one independent measurement of the width."""
