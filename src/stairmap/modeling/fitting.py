@@ -22,7 +22,7 @@ from stairmap.stairway import Flight, FlightStd, Step
 POSE_HEADING_STD = np.radians(0.5)
 """Standard deviation of a pose's heading, rad."""
 
-HEIGHT_SCATTER, HEADING_SCATTER = 0.007, np.radians(0.25)
+HEIGHT_SCATTER, HEADING_SCATTER = 0.006, np.radians(0.2)
 """Standard deviations of a pose's height, m, and heading, rad, against its neighbours where the mean's is
 asked for: drift moves all frames of a moment alike, so they scatter less than they are off."""
 

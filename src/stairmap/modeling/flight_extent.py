@@ -22,6 +22,17 @@ DRIFT_ACROSS = 0.75
 """How much of the spread of the middles of a flight's edges is the standard deviation of its middle: all
 weigh alike, but not all of it is drift."""
 
+MIN_OPEN_EDGES, MIN_OPEN_SHARE = 5, 0.2
+"""Fewest edges without an end on a side, and their smallest share of all, that tell how far it reaches at
+least."""
+
+MAX_SHORT_SHARE = 0.67
+"""Largest share of the ends on a side that may fall short."""
+
+MAX_SHORTFALL, MAX_HIDDEN = 0.05, 0.5
+"""How much less than that an end may lie outward, m; and what lies farther out than this is another thing, a
+landing or the stairs beside."""
+
 EDGES_PER_SAMPLE = 60.0
 """Edges of neighbouring frames and steps that count as one independent measurement of the width."""
 
@@ -57,7 +68,9 @@ def find_extent(
         (E,) whether each is of the first step.
     """
     left, right = edges["left"] + left_of_axis, edges["right"] + left_of_axis
-    both = edges["left_bounded"] & edges["right_bounded"]
+    left_bounded = edges["left_bounded"] & ~_falls_short(left, edges["left_bounded"])
+    right_bounded = edges["right_bounded"] & ~_falls_short(-right, edges["right_bounded"])
+    both = left_bounded & right_bounded
     if np.count_nonzero(both) >= max(3, MIN_ENDS_SHARE * len(edges)):
         widths, middles = (left - right)[both], 0.5 * (left + right)[both]
         width, middle = float(np.median(widths)), float(np.median(middles))
@@ -81,10 +94,28 @@ def find_extent(
         )
     ends = []
     for values, bounded, sign in (
-        (left, edges["left_bounded"], 1.0),
-        (right, edges["right_bounded"], -1.0),
+        (left, left_bounded, 1.0),
+        (right, right_bounded, -1.0),
     ):
         is_seen = np.count_nonzero(bounded) >= max(3, MIN_ENDS_SHARE * len(edges))
         end = np.median(values[bounded]) if is_seen else sign * np.percentile(sign * values, 90)
         ends.append((float(end), bool(is_seen)))
     return FlightExtent(ends[0][0], ends[1][0], ends[0][1], ends[1][1], 0.03, 0.03)
+
+
+def _falls_short(ends: Float64Array, bounded: Mask) -> Mask:
+    """Tell which of (E,) ends lie well within what edges reach whose ends were not seen.
+
+    A stairway reaches as far as many of its edges were seen: an end before that is an obstacle's, or that
+    of the side face of solid steps.
+    """
+    if not bounded.any():
+        return np.zeros(len(ends), dtype=bool)
+    unbounded = ends[~bounded & (ends < np.median(ends[bounded]) + MAX_HIDDEN)]
+    if len(unbounded) < max(MIN_OPEN_EDGES, MIN_OPEN_SHARE * len(ends)):
+        return np.zeros(len(ends), dtype=bool)
+    falls_short = np.asarray(ends < np.median(unbounded) - MAX_SHORTFALL)
+    # Where most do, what was seen farther out is not of this flight.
+    if np.count_nonzero(falls_short & bounded) > MAX_SHORT_SHARE * np.count_nonzero(bounded):
+        return np.zeros(len(ends), dtype=bool)
+    return falls_short
