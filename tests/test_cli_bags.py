@@ -120,6 +120,14 @@ def test_inspect_lists_the_topics_of_a_bag_that_cannot_be_used(folder: Path, tmp
     assert [topic["name"] for topic in topics] == sorted(topic["name"] for topic in topics)
 
 
+def test_inspect_says_why_a_bag_gives_no_poses(folder: Path, tmp_path: Path) -> None:
+    ros = Ros("mcap")
+    path = write_bag(tmp_path, "bare_mcap", ros, depth_messages(ros, ImageFolderRecording(folder)))
+    assert (
+        "poses from    none: the bag has neither transforms nor odometry" in stairmap("inspect", path).stdout
+    )
+
+
 def test_run_without_poses_is_refused_before_anything_is_written(folder: Path, tmp_path: Path) -> None:
     ros = Ros("mcap")
     path = write_bag(tmp_path, "bare_mcap", ros, depth_messages(ros, ImageFolderRecording(folder)))

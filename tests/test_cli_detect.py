@@ -89,7 +89,7 @@ def test_inspect_tells_what_a_recording_holds(floor):
 
 def test_inspect_tells_of_missing_poses_damaged_frames_and_unknown_up(recording):
     text = stairmap("inspect", recording).stdout
-    assert "none: use 'stairmap detect', or give --trajectory" in text
+    assert "none: pass --trajectory or --odometry, or use 'stairmap detect'" in text
     assert "from the floor, frame by frame in 4" in text
     assert "skipped 1 damaged frame" in text
 
@@ -122,3 +122,12 @@ def test_inspect_refuses_a_frame_that_is_not_there_or_damaged(recording, tmp_pat
     outcome = stairmap("inspect", recording, "--frame", "0", "-o", missing)
     assert outcome.code == 1
     assert "cannot write the picture" in outcome.stderr
+
+
+def test_a_picture_is_not_written_over_a_file_of_another_kind(recording, tmp_path):
+    notes = tmp_path / "notes.txt"
+    notes.write_text("mine")
+    outcome = stairmap("inspect", recording, "--frame", "0", "-o", notes)
+    assert outcome.code == 2
+    assert stairmap("check", recording, "--picture", notes).code == 2
+    assert notes.read_text() == "mine"

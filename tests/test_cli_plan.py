@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 
 import cv2
 import numpy as np
@@ -145,3 +146,18 @@ def test_plan_refuses_what_it_cannot_use(tower, tmp_path, recording):
     check_refused(outcome, "is not empty")
     for option, value in (("--map", "ground.yaml"), ("--from", "1"), ("--to", "1,2,3,4")):
         assert stairmap("plan", folder, option, value).code == 2
+
+
+def test_plan_names_the_times_of_a_recording_that_is_not_the_runs(run_folder, recording, tmp_path):
+    other = shutil.copytree(recording, tmp_path / "other")
+    lines = (other / "depth.txt").read_text().splitlines()
+    rows = [line.split() for line in lines if not line.startswith("#")]
+    (other / "depth.txt").write_text("".join(f"{float(stamp) + 1000} {name}\n" for stamp, name in rows))
+    outcome = stairmap("plan", run_folder, "--recording", other)
+    check_refused(outcome, f"expected --recording to be that of {run_folder}", "run from 1000.000 to")
+
+
+def test_plan_refuses_its_output_before_it_maps(run_folder, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    outcome = stairmap("plan", run_folder, "--recording", tmp_path / "none", "-o", tmp_path / "file")
+    check_refused(outcome, "is a file; name a folder")

@@ -8,6 +8,15 @@ import sys
 
 def main() -> None:
     """Run the command line and exit with its code (ARCHITECTURE.md section 6)."""
+    try:
+        _run()
+    except KeyboardInterrupt:
+        # Ctrl-C while the program is still being loaded, before the commands can answer it.
+        sys.stderr.write("interrupted\n")
+        sys.exit(130)
+
+
+def _run() -> None:
     from stairmap.cli.app import app  # noqa: PLC0415
 
     for stream in (sys.stdout, sys.stderr):

@@ -22,6 +22,7 @@ def describe_bag(recording: BagRecording) -> dict[str, Any]:
         "camera_frame": contents.depth.frame_id,
         "map_frame": recording.frame_id,
         "pose_source": recording.pose_source,
+        "pose_problem": contents.poses.problem if recording.trajectory is None else None,
         "coordinate_frames": list(contents.coordinate_frames),
         "topics": describe_topics(contents.topics),
     }
@@ -46,7 +47,7 @@ def format_bag_rows(bag: dict[str, Any]) -> dict[str, str]:
         "depth topic": bag["depth_topic"],
         "camera info": bag["camera_info"],
         "camera frame": bag["camera_frame"] or "not named",
-        "poses from": bag["pose_source"],
+        "poses from": f"none: {bag['pose_problem']}" if bag["pose_problem"] else bag["pose_source"],
         "coord. frames": ", ".join(bag["coordinate_frames"]) or "none",
     }
 

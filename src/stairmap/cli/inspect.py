@@ -127,7 +127,9 @@ def _format_text(values: dict[str, Any]) -> str:
         "intrinsics": f"{intrinsics} px ({fields[0]:.0f} x {fields[1]:.0f} deg)",
         "depth": depth,
         "valid pixels": f"{100 * values['valid_share']:.1f} %",
-        "poses": poses if values["num_poses"] else "none: use 'stairmap detect', or give --trajectory",
+        "poses": poses
+        if values["num_poses"]
+        else "none: pass --trajectory or --odometry, or use 'stairmap detect'",
         "up": f"from {ups}" if ups else "unknown",
     } | (format_bag_rows(values["bag"]) if "bag" in values else {})
     lines = [f"{name:<13} {text}" for name, text in rows.items()]

@@ -191,3 +191,9 @@ def method_request(
         overrides=tuple(overrides or ()),
         bag=bag,
     )
+
+
+def check_png_name(path: Path | None, *, option: str) -> None:
+    """Refuse a picture that would be written over a file of another kind, such as notes.txt."""
+    if path is not None and path.suffix.lower() != ".png":
+        raise typer.BadParameter(f"{option} writes a PNG; expected a name that ends in .png, got '{path}'")

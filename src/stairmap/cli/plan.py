@@ -41,6 +41,8 @@ def plan_way(request: PlanRequest) -> int:
         If the run, the recording, a map or a profile cannot be used, or an end of the way is no place
         where the robot can be.
     """
+    if request.output is not None:
+        _check_output(request.output)
     robot = load_robot(request.robot)
     building = load_building(request.run, camera_height=request.camera_height)
     stairways, floors, trajectory = building.stairways, building.floors, building.trajectory
@@ -85,7 +87,7 @@ def _load_grids(
             raise ConfigError(
                 f"{request.run} has no trajectory.tum, so --recording cannot be placed; pass --map"
             )
-        mapped = _map_recording(_open(request.run, request.recording), floors, trajectory)
+        mapped = _map_recording(_open(request.run, request.recording), request.run, floors, trajectory)
         grids = {**mapped, **grids}
     if not grids:
         raise ConfigError("there is no map to plan on; pass --recording PATH or --map LEVEL=FILE")
@@ -100,14 +102,24 @@ def _open(run: Path, path: Path) -> Recording:
 
 
 def _map_recording(
-    recording: Recording, floors: FloorStack, trajectory: Trajectory
+    recording: Recording, run: Path, floors: FloorStack, trajectory: Trajectory
 ) -> dict[int, OccupancyGrid]:
     builder = GridBuilder(floors)
+    num_placed = 0
     with FrameProgress(recording.num_frames) as progress:
         for frame in recording:
             if trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
                 builder.add(frame, trajectory.pose_at(frame.stamp_ns))
+                num_placed += 1
             progress.advance()
+    if num_placed == 0:
+        first, last = (stamp_ns * 1e-9 for stamp_ns in recording.time_range_ns)
+        run_first, run_last = trajectory.stamps_ns[[0, -1]] * 1e-9
+        raise ConfigError(
+            f"expected --recording to be that of {run}, whose poses run from {run_first:.3f} to "
+            f"{run_last:.3f} s, but the images of {recording.name} run from {first:.3f} to {last:.3f} s; "
+            "pass the recording of this run"
+        )
     return builder.grids()
 
 
@@ -180,13 +192,17 @@ def _format_text(route: Route | None, candidates: tuple[Candidate, ...]) -> str:
     return f"{table}\n\n{route.cost:.0f} s in all"
 
 
+def _check_output(output: Path) -> None:
+    """Refuse a folder that cannot be used before minutes of mapping, not after."""
+    if output.exists() and not output.is_dir():
+        raise OutputError(f"--output {output} is a file; name a folder that is new or empty")
+    if output.is_dir() and any(output.iterdir()):
+        raise OutputError(f"--output {output} is not empty and nothing is overwritten; name another folder")
+
+
 def _write(output: Path, values: dict[str, Any], grids: dict[int, OccupancyGrid], picture: bytes) -> None:
     try:
         output.mkdir(parents=True, exist_ok=True)
-        if any(output.iterdir()):
-            raise OutputError(
-                f"--output {output} is not empty and nothing is overwritten; name another folder"
-            )
         (output / "plan.png").write_bytes(picture)
     except OSError as error:
         raise OutputError(f"cannot write {output}: {error.strerror}") from error

@@ -54,7 +54,7 @@ class RuleStatistics:
 
     def __str__(self) -> str:
         typical = Rejection(rule=self.rule, measured=self.measured, limit=self.limit, unit=self.unit)
-        return f"{self.num_frames} frames: {typical} (median)"
+        return f"{self.num_frames} frame{'s' if self.num_frames > 1 else ''}: {typical} (median)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

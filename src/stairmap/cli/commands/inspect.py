@@ -23,6 +23,7 @@ from stairmap.cli.options import (
     SetOption,
     TrajectoryOption,
     UpOption,
+    check_png_name,
     method_request,
 )
 from stairmap.cli.requests import InspectRequest
@@ -77,6 +78,7 @@ def inspect(
 
     if output is not None and frame is None:
         raise typer.BadParameter("--output draws one frame; say which with --frame N")
+    check_png_name(output, option="--output")
     request = InspectRequest(
         input=method_request(
             recording,
