@@ -121,6 +121,19 @@ def test_camera_file_stands_in_for_camera_info(tmp_path: Path, walk: ImageFolder
     check_same(path, walk, options=BagOptions(camera_file=camera_file))
 
 
+def test_a_camera_file_of_another_scale_is_used_and_noted(tmp_path: Path, walk: ImageFolderRecording) -> None:
+    path = make_bag(tmp_path, "mcap", walk)
+    values = '"width": 320, "height": 240, "fx": 300, "fy": 300, "cx": 160, "cy": 120'
+    camera_file = tmp_path / "camera.json"
+    camera_file.write_text(f'{{{values}, "depth_scale": 5000}}')
+    recording = open_recording(path, bag=BagOptions(camera_file=camera_file))
+    (note,) = (note for note in recording.problems.notes if "depth_scale" in note)
+    assert "5000 values per metre" in note
+    assert "write 1000 if depths are 0.2 times what they should be" in note
+    camera_file.write_text(f'{{{values}, "depth_scale": 1000}}')
+    assert not open_recording(path, bag=BagOptions(camera_file=camera_file)).problems.notes
+
+
 def test_topics_are_chosen_by_name(tmp_path: Path, walk: ImageFolderRecording) -> None:
     ros = Ros("mcap")
     messages = robot_messages(ros, walk)

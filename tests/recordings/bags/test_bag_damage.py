@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -191,3 +192,29 @@ def test_opening_tells_how_far_it_is(tmp_path: Path, long_walk: ImageFolderRecor
     open_recording(path, watch=lambda count, total: told.append((count, total)))
     # Depth, two transforms a frame, and the static ones.
     assert told == [(0, 3 * NUM_FRAMES + 1)]
+
+
+def test_files_of_a_cut_off_bag_are_read_as_they_were_counted(
+    tmp_path: Path, long_walk: ImageFolderRecording
+) -> None:
+    """The tenth file of a recorder that splits comes after the second, whatever the alphabet says."""
+    ros = Ros("bare_mcap")
+    messages = sorted(robot_messages(ros, long_walk), key=lambda message: message[0])
+    half = len(messages) // 2
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    for number, part in ((2, messages[:half]), (10, messages[half:])):
+        (tmp_path / f"part_{number}").mkdir()
+        write_bag(tmp_path / f"part_{number}", "bare_mcap", ros, part).rename(bag / f"walk_{number}.mcap")
+    keep_share(bag / "walk_10.mcap", 0.9)
+    recording = open_recording(bag)
+    assert recording.num_frames > 0.8 * NUM_FRAMES
+    assert not any("set back" in note for note in recording.problems.notes)
+
+
+def test_a_database_of_something_else_is_called_no_bag(tmp_path: Path) -> None:
+    with closing(sqlite3.connect(tmp_path / "contacts.db3")) as database:
+        database.execute("CREATE TABLE contacts (name TEXT)")
+        database.commit()
+    with pytest.raises(RecordingError, match=r"contacts\.db3 is no bag \(no such table: topics\)"):
+        open_recording(tmp_path / "contacts.db3")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bag_files import DEPTH_TOPIC, INFO_TOPIC, Messages, Ros, robot_messages, write_bag
+from bag_files import DEPTH_TOPIC, INFO_TOPIC, Messages, Ros, robot_messages, write_bag, write_ordered_bag
 from stairmap.errors import CalibrationError, RecordingError
 from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.base import Recording
@@ -171,9 +171,31 @@ def test_clock_that_is_set_back_leaves_the_longest_stretch_with_its_own_poses(
         recording.check_poses().map_from_camera, walk.check_poses().map_from_camera, atol=1e-6
     )
     assert (
-        f"the clock of {DEPTH_TOPIC} was set back 1 times; of its 5 images the 4 of the longest stretch are "
+        f"the clock of {DEPTH_TOPIC} was set back 1 time; of its 5 images the 4 of the longest stretch are "
         "used" in recording.problems.notes
     )
+
+
+@pytest.mark.parametrize("kind", ["ros1", "sqlite", "mcap"])
+def test_clock_set_back_is_told_where_messages_are_filed_under_simulated_time(
+    tmp_path: Path, walk: ImageFolderRecording, kind: str
+) -> None:
+    """The index sorts two drives into each other; the order in the file tells them apart."""
+    ros = Ros(kind)
+    before = []
+    for stamp_ns in (SECOND // 10, 12 * SECOND // 10):
+        before.append((stamp_ns, "/tf", ros.tf(stamp_ns, ("odom", "base_link", np.eye(4)))))
+        before.append((stamp_ns, DEPTH_TOPIC, ros.image(np.full((240, 320), 2.0), stamp_ns)))
+    messages = robot_messages(ros, walk)
+    static = [one for one in messages if one[1] == "/tf_static"]
+    after = sorted((one for one in messages if one[1] != "/tf_static"), key=lambda one: one[0])
+    path = write_ordered_bag(tmp_path, kind, ros, [*static, *before, *after])
+    recording = open_recording(path)
+    assert [frame.stamp_ns for frame in recording] == [0, 100_000_000, 200_000_000, 300_000_000]
+    np.testing.assert_allclose(
+        recording.check_poses().map_from_camera, walk.check_poses().map_from_camera, atol=1e-6
+    )
+    assert any("was set back 1 time; of its 6 images the 4" in note for note in recording.problems.notes)
 
 
 def test_depth_that_stops_half_way_is_noted(tmp_path: Path, walk: ImageFolderRecording) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -149,13 +150,22 @@ def _find_files(path: Path) -> list[Path]:
         if _magic(path) not in _SCANS:
             raise RecordingError(_describe_stranger(path))
         return [path]
-    files = [file for file in sorted(path.iterdir()) if _magic(file) in _SCANS or file.suffix == ".zstd"]
+    files = [
+        file
+        for file in sorted(path.iterdir(), key=_counting_order)
+        if _magic(file) in _SCANS or file.suffix == ".zstd"
+    ]
     if not files:
         raise RecordingError(f"expected the files of a bag in {path}, but it has none (.bag, .db3, .mcap)")
     if len(files) > 1 and _magic(files[0]) == ROS1_MAGIC:
         names = ", ".join(file.name for file in files[:5])
         raise RecordingError(f"expected one bag, but {path} has {len(files)}: {names}; pass one of them")
     return files
+
+
+def _counting_order(file: Path) -> list[tuple[int, str]]:
+    """Key by which walk_2.mcap comes before walk_10.mcap, as it was recorded."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"([0-9]+)", file.name)]
 
 
 def _describe_stranger(path: Path) -> str:

@@ -22,6 +22,9 @@ from stairmap.recordings.bags.topics import (
 )
 from stairmap.recordings.base import WatchOpening
 
+MAX_REPEATED_SHARE = 0.05
+"""More images than this share with a stamp that was there before are no hiccup of a driver."""
+
 MAX_SILENCE_NS = 2_000_000_000
 """Depth that ends earlier than this before the bag does, nanoseconds, has stopped half-way."""
 
@@ -56,6 +59,15 @@ class BagContents:
     stamps_ns: IntArray
     coordinate_frames: tuple[str, ...]
     notes: tuple[str, ...]
+
+    @property
+    def is_interleaved(self) -> bool:
+        """Whether so many stamps repeat that messages of two times have been sorted into each other.
+
+        A recorder on simulated time files messages under that time. Set back, it gives stamps twice, and an
+        index, which sorts by time, mixes the two drives; the order in the file still tells them apart.
+        """
+        return self.num_images - len(self.stamps_ns) > MAX_REPEATED_SHARE * self.num_images
 
 
 def read_bag_contents(
@@ -130,9 +142,10 @@ def _pose_topics(
 def _find_oddities(depth: BagDepth, scan: BagScan) -> list[str]:
     notes = []
     if len(scan.stretches) > 1:
+        num_resets = len(scan.stretches) - 1
         notes.append(
-            f"the clock of {depth.topic} was set back {len(scan.stretches) - 1} times; of its "
-            f"{sum(scan.stretches)} images the {scan.stretch.num_images} of the longest stretch are used"
+            f"the clock of {depth.topic} was set back {num_resets} time{'s' if num_resets > 1 else ''}; of "
+            f"its {sum(scan.stretches)} images the {scan.stretch.num_images} of the longest stretch are used"
         )
     silence_ns = scan.end_ns - scan.depth_end_ns
     if silence_ns > MAX_SILENCE_NS:

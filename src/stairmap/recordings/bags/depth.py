@@ -90,6 +90,7 @@ def find_bag_depth(bag: Bag, options: BagOptions) -> BagDepth:
     size = (first.shape[1], first.shape[0])
     if camera_file is not None:
         camera, info_name, notes = camera_file.camera, str(options.camera_file), camera_file.notes
+        notes = (*notes, *_find_other_scale(bag, topic, info_name, camera_file.depth_scale))
         if (camera.width, camera.height) != size:
             raise CalibrationError(
                 f"{options.camera_file} is for images of {camera.width}x{camera.height}, but those on "
@@ -159,6 +160,17 @@ def _check_first_images(bag: Bag, topic: str, values_per_metre: float) -> tuple[
     if sample:
         _check_median(float(np.median(np.concatenate(sample))), topic)
     return first, frame_id.lstrip("/")
+
+
+def _find_other_scale(bag: Bag, topic: str, camera_file: str, depth_scale: float) -> tuple[str, ...]:
+    """Return a note if a camera file, perhaps that of an image folder, has another scale than the bag."""
+    usual = find_values_per_metre(bag, topic)
+    if depth_scale == usual or peek_encodings(bag).get(topic, "").startswith("32FC1"):
+        return ()
+    return (
+        f"{camera_file} gives {topic} {depth_scale:g} values per metre (depth_scale), where its encoding "
+        f"means {usual:g}; write {usual:g} if depths are {usual / depth_scale:.3g} times what they should be",
+    )
 
 
 def _check_median(median_depth: float, topic: str) -> None:

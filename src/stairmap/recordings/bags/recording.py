@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -208,10 +209,14 @@ class BagRecording:
         self, options: BagOptions, with_poses: bool, watch: WatchOpening | None
     ) -> BagContents:
         try:
-            return read_bag_contents(self._bag, options, with_poses=with_poses, watch=watch)
+            contents = read_bag_contents(self._bag, options, with_poses=with_poses, watch=watch)
+            if not contents.is_interleaved:
+                return contents
+            with suppress(RecordingError):
+                self._bag.read_in_order()
         except DamagedBagError:
             self._bag.read_in_order()
-            return read_bag_contents(self._bag, options, with_poses=with_poses, watch=watch)
+        return read_bag_contents(self._bag, options, with_poses=with_poses, watch=watch)
 
     def _images(self) -> Iterator[BagMessage]:
         """The messages of the stretch that counts."""

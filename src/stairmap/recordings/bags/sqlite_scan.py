@@ -38,8 +38,9 @@ def scan_sqlite(path: Path, losses: list[str]) -> Iterator[BagMessage]:
                 if isinstance(name, str) and isinstance(kind, str)
             }
             yield from _read_messages(database, topics, losses)
-    except sqlite3.Error:
-        losses.append("is cut off or corrupt")
+    except sqlite3.Error as error:
+        is_stranger = "no such table" in str(error)
+        losses.append(f"is no bag ({error})" if is_stranger else "is cut off or corrupt")
 
 
 def _read_messages(
