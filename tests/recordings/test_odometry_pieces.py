@@ -39,4 +39,5 @@ def test_a_motion_that_the_view_does_not_determine_drifts_more():
     result = collected(TrackState.START, *3 * [TrackState.UNDETERMINED]).result()
     assert DRIFT < result.drift < UNDETERMINED_DRIFT
     assert "in 3 of 4 frames the view does not determine" in result.to_lines()[-1]
+    assert "the width where both ends of the steps were seen" in result.to_lines()[-1]
     assert result.path_length == pytest.approx(1.5)

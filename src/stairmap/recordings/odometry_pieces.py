@@ -98,8 +98,9 @@ class OdometryResult:
         if 2 * self.num_undetermined > num_with:
             lines.append(
                 f"in {self.num_undetermined} of {num_with} frames the view does not determine the camera's "
-                "motion (a floor alone, a corridor, steps without ends): places are uncertain; rise, run "
-                "and width come from single frames and are not"
+                "motion (a floor alone, a corridor, steps without ends): places are uncertain; rise and "
+                "run come from single frames and are not, nor is the width where both ends of the steps "
+                "were seen"
             )
         return tuple(lines)
 
