@@ -215,7 +215,7 @@ def digest(path: Path) -> str:
     files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
     for file in files:
         parts = file.relative_to(ROOT).parts
-        if not any(part == "__pycache__" or part.endswith(".egg-info") for part in parts):
+        if not any(part == "__pycache__" or part.endswith((".egg-info", "_cache")) for part in parts):
             total.update("/".join(parts).encode() + file.read_bytes())
     return total.hexdigest()
 

@@ -44,12 +44,14 @@ ORDERS = {
     "clock_offset": 0.0,
     "until": "",
     "without": [],
+    "lost": False,
     "max_seconds": 60.0,
 }
 """A phase with its defaults. ``drive``: probe with the first image until the node answers, drive, wait
 for the answer to the last image. ``listen``: publish the first image until diagnostics say ``until``.
 ``wait``: publish nothing, until the node says something. ``correct``: send the path of the last drive, 1 m
-higher than it was. ``without``: what is kept back (depth, info, tf)."""
+higher than it was. ``without``: what is kept back (depth, info, tf).
+``lost``: TF holds NaN, as of a localiser that has lost itself."""
 
 PERIOD = 1.0 / 30.0
 MIN_ANSWERS = 25
@@ -87,7 +89,6 @@ class SimulatedRobot(Node):
         self.delays: list[float] = []
         self.stairways: list[dict[str, Any]] | None = None
         self.markers: dict[tuple[str, int], Marker] = {}
-        self.num_deleted = 0
         self.detections: list[Any] = []
         self.diagnostics: list[dict[str, Any]] = []
         self._late_transforms: list[tuple[float, TFMessage]] = []
@@ -148,6 +149,9 @@ class SimulatedRobot(Node):
                 _stamped("map", "odom", MAP_FROM_ODOM, at_ns),
                 _stamped("odom", "base_link", odom_from_base, at_ns),
             ]
+        if order["lost"]:
+            for stamped in message.transforms:
+                stamped.transform.translation.x = float("nan")
         self._late_transforms.append((time.monotonic() + order["tf_delay"], message))
         self.send_due_transforms()
 
@@ -193,8 +197,8 @@ class SimulatedRobot(Node):
 
     def _take_markers(self, message: MarkerArray) -> None:
         for marker in message.markers:
-            if marker.action == Marker.DELETE:
-                self.markers.pop((marker.ns, marker.id), None)
+            if marker.action == Marker.DELETEALL:
+                self.markers.clear()
             else:
                 self.markers[marker.ns, marker.id] = marker
 

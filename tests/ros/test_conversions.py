@@ -32,7 +32,7 @@ STAIRWAY = Stairway(
 PRELUDE = """
 import json, sys
 from stairmap.stairway import Stairway
-from stairmap_ros.markers import StairwayMarkers
+from stairmap_ros.markers import make_marker_array
 from stairmap_ros.messages import make_header, make_stairway_array
 stairway = Stairway.from_dict(json.loads(sys.argv[1]))
 header = make_header("map", 4_500_000_000)
@@ -56,19 +56,17 @@ def run_with_ros(code: str) -> Any:
     return json.loads(ended.stdout)
 
 
-def test_markers_of_a_stairway_that_vanished_are_deleted_once() -> None:
-    sent = run_with_ros("""
-markers = StairwayMarkers()
-rounds = [markers.make(stairways, header).markers for stairways in ([stairway], [stairway], [], [])]
+def test_each_marker_array_first_deletes_what_was_shown_before() -> None:
+    shown, empty = run_with_ros("""
+rounds = [make_marker_array(stairways, header).markers for stairways in ([stairway], [])]
 print(json.dumps([[(m.ns, m.id, m.action) for m in r] for r in rounds]))
 """)
+    assert empty == [["", 0, 3]]
+    assert shown[0] == ["", 0, 3]
     keys = {(name, marker_id) for name in ("box", "label", "nosings") for marker_id in (701, 702)}
-    for shown in sent[:2]:
-        assert {(name, marker_id) for name, marker_id, _ in shown} == keys
-        assert {action for _, _, action in shown} == {0}
-    assert {(name, marker_id) for name, marker_id, _ in sent[2]} == keys
-    assert {action for _, _, action in sent[2]} == {2}
-    assert sent[3] == []
+    assert {(name, marker_id) for name, marker_id, _ in shown[1:]} == keys
+    assert len(shown) == 1 + len(keys)
+    assert {action for _, _, action in shown[1:]} == {0}
 
 
 def test_a_stairway_of_two_flights_keeps_its_order_landing_and_stamps() -> None:

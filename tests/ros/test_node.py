@@ -72,6 +72,24 @@ def test_images_whose_transform_never_comes_are_dropped_counted_and_told(ros: Ro
     assert int(last["values"]["images dropped without a transform"]) > 5
 
 
+def test_a_localiser_that_is_lost_does_not_spoil_the_map(ros: RosEnvironment, drive: Drive) -> None:
+    ros.start_node()
+    told = "no pose of the camera: no transform from"
+    _, lost, after = ros.run_robot(
+        [{"mode": "listen", "until": "stairway"}, {"mode": "listen", "until": told, "lost": True}, {}]
+    )
+    assert lost["answered"]
+    assert int(lost["diagnostics"][-1]["values"]["invalid transforms"]) > 0
+    assert_is_the_stairway(after, drive.true_flight)
+
+
+def test_without_a_clock_the_node_still_says_why_nothing_comes(ros: RosEnvironment) -> None:
+    ros.start_node(max_silence=1.0, use_sim_time="true")
+    told = "no depth image ever came on /depth/image_rect_raw"
+    (outcome,) = ros.run_robot([{"mode": "listen", "until": told, "without": ["depth"]}])
+    assert outcome["answered"], outcome["diagnostics"]
+
+
 def test_missing_coordinate_frames_are_named_with_those_there_are(ros: RosEnvironment) -> None:
     ros.start_node(map_frame="world")
     told = (
@@ -144,6 +162,7 @@ def test_a_stopped_node_writes_its_map(ros: RosEnvironment, drive: Drive, tmp_pa
         ({"detection.max_depth": 50}, "parameter detection.max_depth: Input should be less than or equal"),
         ({"map_file": "/nowhere/hall.npz"}, "the folder of map_file /nowhere/hall.npz is not there"),
         ({"map_file": "hall.yaml"}, "map_file must end in .npz"),
+        ({"map_file": "hall.npz", "method": "delmerico2013"}, "map_file needs method: stairmap"),
     ],
 )
 def test_an_impossible_parameter_ends_the_node_with_one_line(

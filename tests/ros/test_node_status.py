@@ -83,6 +83,13 @@ def test_numbers_are_counted() -> None:
     assert values["delay of the last 100 results, ms"] == "20 median, 30 longest"
 
 
+def test_a_stamp_that_was_never_set_is_no_jump_in_time() -> None:
+    jumps = TimeJumps()
+    assert jumps.find("images", 10**18) == 0
+    assert jumps.find("images", 0) == 0
+    assert jumps.find("images", 10**18 + 1) == 0
+
+
 def test_only_a_clear_step_back_is_a_jump_in_time() -> None:
     jumps = TimeJumps()
     second = 1_000_000_000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from stairmap.export.loading import load_stairways
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import rotation_from_vector, transform_from_parts
 from stairmap_ros.map_file import MapFileError, check_map_file, load_map, save_map
-from stairmap_ros.path_corrections import PathCorrections
+from stairmap_ros.path_corrections import PathCorrections, trajectory_from_path
 from stairmap_ros.stairway_map import StairwayMap
 
 FLIGHT = make_flight()
@@ -114,6 +115,24 @@ def test_a_damaged_file_is_refused(tmp_path: Path, size: int) -> None:
     (tmp_path / "map.npz").write_bytes(whole[:size])
     with pytest.raises(MapFileError, match="move it away to start anew"):
         load_map(tmp_path / "map.npz", new_map(), map_frame="map")
+
+
+def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
+    with (tmp_path / "map.npz").open("wb") as file:
+        np.save(file, np.zeros(3))
+    with pytest.raises(MapFileError, match="move it away to start anew"):
+        load_map(tmp_path / "map.npz", new_map(), map_frame="map")
+
+
+def test_a_path_with_a_pose_that_is_none_is_refused() -> None:
+    pose = SimpleNamespace(
+        position=SimpleNamespace(x=float("nan"), y=0.0, z=0.0),
+        orientation=SimpleNamespace(x=0.0, y=0.0, z=0.0, w=1.0),
+    )
+    header = SimpleNamespace(stamp=SimpleNamespace(sec=1, nanosec=0))
+    path = SimpleNamespace(poses=[SimpleNamespace(header=header, pose=pose)])
+    with pytest.raises(TrajectoryError, match="pose 1 of the path has a value that is not finite"):
+        trajectory_from_path(path)
 
 
 def test_a_map_file_needs_the_default_method(tmp_path: Path) -> None:

@@ -10,14 +10,16 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from stairmap_ros.node_status import Status
 
 
-def make_diagnostics(status: Status, values: Mapping[str, str], stamp: Time) -> DiagnosticArray:
-    """Return one status with the numbers behind it."""
+def make_diagnostics(
+    node_name: str, status: Status, values: Mapping[str, str], stamp: Time
+) -> DiagnosticArray:
+    """Return the status of one node, of which there may be several, with the numbers behind it."""
     array = DiagnosticArray()
     array.header.stamp = stamp
     array.status = [
         DiagnosticStatus(
             level=bytes([status.level]),
-            name="stairmap: stairways",
+            name=f"{node_name}: stairways",
             message=status.message,
             hardware_id="stairmap",
             values=[KeyValue(key=key, value=value) for key, value in values.items()],

@@ -29,12 +29,15 @@ def main() -> int:
         return 1
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    while not stopped.is_set():
-        executor.spin_once(timeout_sec=0.2)
-    node.close()
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.shutdown()
+    try:
+        while not stopped.is_set():
+            executor.spin_once(timeout_sec=0.2)
+    finally:
+        # Also when the node ends with an error: what it has seen is written.
+        node.close()
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.shutdown()
     return 0
 
 

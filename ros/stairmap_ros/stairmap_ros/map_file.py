@@ -60,7 +60,9 @@ def load_map(path: Path, stairway_map: StairwayMap, *, map_frame: str) -> int:
         with np.load(path, allow_pickle=False) as arrays:
             schema, saved_frame = int(arrays["schema"]), str(arrays["map_frame"])
             if schema != SCHEMA:
-                raise MapFileError(f"map_file {path} has schema {schema}, this node reads {SCHEMA}")
+                raise MapFileError(
+                    f"map_file {path} has schema {schema}, this node reads {SCHEMA}; name another map_file"
+                )
             if saved_frame != map_frame:
                 raise MapFileError(
                     f"map_file {path} was made in the coordinate frame '{saved_frame}', map_frame is now "
@@ -76,7 +78,7 @@ def load_map(path: Path, stairway_map: StairwayMap, *, map_frame: str) -> int:
                 state=state, stamps_ns=arrays["stamps_ns"], map_from_camera=arrays["map_from_camera"]
             )
         stairway_map.restore(snapshot)
-    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, KeyError, ValueError, TypeError, RuntimeError, zipfile.BadZipFile) as error:
         raise MapFileError(
             f"cannot go on from map_file {path}: {error}; move it away to start anew"
         ) from error

@@ -20,29 +20,23 @@ BOX_COLOR = ColorRGBA(r=0.0, g=0.45, b=0.7, a=0.25)
 LABEL_COLOR = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
-class StairwayMarkers:
-    """Makes marker arrays; remembers what it has shown, to delete what has vanished."""
+def make_marker_array(stairways: Sequence[Stairway], header: Header) -> MarkerArray:
+    """Return markers of all flights, after one that deletes all that were shown before.
 
-    def __init__(self) -> None:
-        self._shown: set[tuple[str, int]] = set()
-
-    def make(self, stairways: Sequence[Stairway], header: Header) -> MarkerArray:
-        """Return markers of all flights, and deletions of those shown before that are gone."""
-        markers = []
-        for stairway in stairways:
-            for number, flight in enumerate(stairway.flights, start=1):
-                marker_id = stairway.id * FLIGHTS_PER_STAIRWAY + number
-                name = f"{stairway.id}" if len(stairway.flights) == 1 else f"{stairway.id}/{number}"
-                markers += [
-                    _make_nosings(flight, header, marker_id),
-                    _make_box(flight, header, marker_id),
-                    _make_label(flight, header, marker_id, name),
-                ]
-        shown = {(marker.ns, marker.id) for marker in markers}
-        for namespace, marker_id in sorted(self._shown - shown):
-            markers.append(Marker(header=header, ns=namespace, id=marker_id, action=Marker.DELETE))
-        self._shown = shown
-        return MarkerArray(markers=markers)
+    So each array stands for itself: what has vanished goes, also where an array was lost on its way, and
+    what a node showed that has been restarted since.
+    """
+    markers = [Marker(header=header, action=Marker.DELETEALL)]
+    for stairway in stairways:
+        for number, flight in enumerate(stairway.flights, start=1):
+            marker_id = stairway.id * FLIGHTS_PER_STAIRWAY + number
+            name = f"{stairway.id}" if len(stairway.flights) == 1 else f"{stairway.id}/{number}"
+            markers += [
+                _make_nosings(flight, header, marker_id),
+                _make_box(flight, header, marker_id),
+                _make_label(flight, header, marker_id, name),
+            ]
+    return MarkerArray(markers=markers)
 
 
 def describe_flight(flight: Flight, name: str) -> str:

@@ -13,6 +13,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path as PathMessage
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
@@ -52,6 +53,8 @@ class StairmapNode(Node):
         self._map = StairwayMap(config, method=self._own.method, views_per_place=self._own.views_per_place)
         self._map_lock = Lock()
         self._map_file = check_map_file(self._own.map_file)
+        if self._map_file is not None:
+            self._map.snapshot()  # of a method that cannot be kept: better now than after an hour
         self._saved_version = 0
         if self._map_file is not None:
             self._go_on_from_file(self._map_file)
@@ -67,8 +70,10 @@ class StairmapNode(Node):
         self._subscribe()
         self._worker = Thread(target=self._work, name="stairmap worker", daemon=True)
         self._worker.start()
-        self.create_timer(1.0, self._report)
-        self.create_timer(self._own.map_save_period, self.save)
+        # Not the ROS clock: with use_sim_time and no /clock the node would never say why nothing comes.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0, self._report, clock=steady)
+        self.create_timer(self._own.map_save_period, self.save, clock=steady)
         with self._map_lock:
             self._results.publish(self._map.stairways(), stamp_ns=0)
 
@@ -135,7 +140,13 @@ class StairmapNode(Node):
         for stamped in message.transforms:
             if not is_static:
                 self._watch_clock(f"/tf of {stamped.child_frame_id}", ns_from_time(stamped.header.stamp))
-            add_transform(self._buffer, stamped, is_static=is_static)
+            if not add_transform(self._buffer, stamped, is_static=is_static):
+                self._status.num_invalid_transforms += 1
+                self.get_logger().warning(
+                    f"the transform from {stamped.child_frame_id} to {stamped.header.frame_id} has a value "
+                    "that is not finite or a quaternion whose length is not 1, and is not used",
+                    throttle_duration_sec=10.0,
+                )
         self._pending.transforms_changed()
 
     def _take_path(self, message: PathMessage) -> None:
@@ -215,7 +226,9 @@ class StairmapNode(Node):
             num_stairways, None if problem is None else str(problem), time.monotonic()
         )
         values = self._status.values(self._pending.num_superseded, self._pending.num_unplaced)
-        self._diagnostics.publish(make_diagnostics(status, values, self.get_clock().now().to_msg()))
+        name = self.get_fully_qualified_name().lstrip("/")
+        stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(make_diagnostics(name, status, values, stamp))
         if status.kind != self._last_kind:
             # rclpy wants one severity for each place in the code.
             if status.level is Level.OK:

@@ -68,6 +68,7 @@ class NodeStatus:
         self.num_detections = 0
         self.num_refused = 0
         self.num_jumps = 0
+        self.num_invalid_transforms = 0
 
     def message_came(self, topic: str, now: float) -> None:
         """Note a message on one of the topics."""
@@ -137,6 +138,7 @@ class NodeStatus:
             "images dropped without a transform": str(num_unplaced),
             "images refused": str(self.num_refused),
             "jumps back in time": str(self.num_jumps),
+            "invalid transforms": str(self.num_invalid_transforms),
             "delay of the last 100 results, ms": delay,
             "reason against the last image": self._last_rejection() or "none",
         }

@@ -12,8 +12,9 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, Transform
 from stairmap.errors import TrajectoryError
+from stairmap.recordings.bags.pose_message import transform_from_ros
 from stairmap.trajectory import Trajectory
-from stairmap.transforms import interpolate_poses, invert_transform, rotation_from_quat, transform_from_parts
+from stairmap.transforms import interpolate_poses, invert_transform
 from stairmap_ros.viewpoints import Viewpoints
 
 MIN_DISTANCE = 0.05
@@ -99,13 +100,18 @@ def trajectory_from_path(message: Any) -> Trajectory:
     Raises
     ------
     TrajectoryError
-        If it is empty, or its stamps do not increase.
+        If it is empty, its stamps do not increase, or a pose of it is none.
     """
-    stamps_ns, poses = [], []
+    stamps_ns: list[int] = []
+    poses: list[Transform] = []
     for stamped in message.poses:
         stamp, pose = stamped.header.stamp, stamped.pose
-        turn, position = pose.orientation, pose.position
         stamps_ns.append(int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec))
-        rotation = rotation_from_quat([turn.x, turn.y, turn.z, turn.w])
-        poses.append(transform_from_parts(rotation, [position.x, position.y, position.z]))
+        map_from_body = transform_from_ros(pose.position, pose.orientation)
+        if map_from_body is None:
+            raise TrajectoryError(
+                f"pose {len(poses) + 1} of the path has a value that is not finite or a quaternion whose "
+                "length is not 1"
+            )
+        poses.append(map_from_body)
     return Trajectory(stamps_ns=np.array(stamps_ns, dtype=np.int64), map_from_camera=np.array(poses))

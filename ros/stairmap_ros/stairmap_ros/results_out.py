@@ -10,7 +10,7 @@ from stairmap_msgs.msg import StairwayArray
 from visualization_msgs.msg import MarkerArray
 
 from stairmap.stairway import Stairway
-from stairmap_ros.markers import StairwayMarkers
+from stairmap_ros.markers import make_marker_array
 from stairmap_ros.messages import make_detection_array, make_header, make_stairway_array
 
 
@@ -28,7 +28,6 @@ class ResultsOut:
     def __init__(self, node: Node, map_frame: str) -> None:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._map_frame = map_frame
-        self._markers = StairwayMarkers()
         self._stairways_out = node.create_publisher(StairwayArray, "~/stairways", latched)
         self._markers_out = node.create_publisher(MarkerArray, "~/markers", latched)
         empty = make_detection_array((), make_header(map_frame, 0))
@@ -41,7 +40,7 @@ class ResultsOut:
         """Publish all stairways as of the stamp of an image, nanoseconds."""
         header = make_header(self._map_frame, stamp_ns)
         self.num_stairways = len(stairways)
-        self._markers_out.publish(self._markers.make(stairways, header))
+        self._markers_out.publish(make_marker_array(stairways, header))
         self._stairways_out.publish(make_stairway_array(stairways, header))
         if self._detections_out is not None:
             self._detections_out.publish(make_detection_array(stairways, header))

@@ -15,8 +15,10 @@ class TimeJumps:
     def find(self, source: str, stamp_ns: int) -> int:
         """Return how far the clock has gone back with this stamp, nanoseconds; 0 if it has not.
 
-        After a jump all sources begin anew.
+        After a jump all sources begin anew. A stamp of 0 is a stamp that was never set, and no jump.
         """
+        if stamp_ns == 0:
+            return 0
         newest_ns = self._newest_ns.get(source, stamp_ns)
         if stamp_ns < newest_ns - MIN_JUMP_NS:
             self._newest_ns = {source: stamp_ns}

@@ -9,8 +9,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from stairmap.errors import StairmapError
+from stairmap.recordings.bags.pose_message import transform_from_ros
 from stairmap.recordings.transform_buffer import TransformBuffer
-from stairmap.transforms import rotation_from_quat, transform_from_parts
 
 MAX_AGE_NS = 10_000_000_000
 """Transforms older than this are forgotten, as tf2 does."""
@@ -36,18 +36,23 @@ def subscribe_transforms(node: Node, take: Callable[[Any, bool], None]) -> None:
     node.create_subscription(TFMessage, "/tf_static", lambda message: take(message, True), latched)
 
 
-def add_transform(buffer: TransformBuffer, stamped: Any, *, is_static: bool) -> None:
-    """Put one ``geometry_msgs/TransformStamped`` into the buffer."""
-    rotation, translation = stamped.transform.rotation, stamped.transform.translation
-    parent_from_child = transform_from_parts(
-        rotation_from_quat([rotation.x, rotation.y, rotation.z, rotation.w]),
-        [translation.x, translation.y, translation.z],
-    )
+def add_transform(buffer: TransformBuffer, stamped: Any, *, is_static: bool) -> bool:
+    """Put one ``geometry_msgs/TransformStamped`` into the buffer.
+
+    Returns
+    -------
+    False if it is no rigid transform and was not taken: one NaN of a localiser that is lost would spoil
+    the map for good.
+    """
+    parent_from_child = transform_from_ros(stamped.transform.translation, stamped.transform.rotation)
+    if parent_from_child is None:
+        return False
     parent, child = stamped.header.frame_id, stamped.child_frame_id
     if is_static:
         buffer.add_static(parent, child, parent_from_child)
     else:
         buffer.add(parent, child, ns_from_time(stamped.header.stamp), parent_from_child)
+    return True
 
 
 def ns_from_time(time: Any) -> int:
