@@ -58,8 +58,22 @@ def test_missing_package_is_one_line_that_names_the_extra(
     run_folder, tmp_path, monkeypatch, package, option, extra
 ):
     monkeypatch.setitem(sys.modules, package, None)
-    check_refused(stairmap("view", run_folder, option, tmp_path / "file"), extra)
-    assert not (tmp_path / "file").exists()
+    path = tmp_path / {"--save": "run.rrd", "--foxglove": "run.mcap"}[option]
+    check_refused(stairmap("view", run_folder, option, path), extra)
+    assert not path.exists()
+
+
+def test_a_bag_is_not_overwritten_by_a_file_for_foxglove(run_folder, tmp_path):
+    (tmp_path / "walk.mcap").write_bytes(b"an hour of walking")
+    check_refused(stairmap("view", run_folder, "--foxglove", tmp_path / "walk.mcap"), "is there already")
+    assert (tmp_path / "walk.mcap").read_bytes() == b"an hour of walking"
+
+
+@pytest.mark.parametrize("option", ["--save", "--page", "--foxglove"])
+def test_a_file_of_another_kind_is_not_overwritten(run_folder, tmp_path, option):
+    (tmp_path / "notes.txt").write_text("mine")
+    assert stairmap("view", run_folder, option, tmp_path / "notes.txt").code == 2
+    assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
 def test_window_without_rerun_names_the_extra_before_a_run_begins(run_folder, tmp_path, monkeypatch):

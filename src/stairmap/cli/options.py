@@ -193,7 +193,7 @@ def method_request(
     )
 
 
-def check_png_name(path: Path | None, *, option: str) -> None:
-    """Refuse a picture that would be written over a file of another kind, such as notes.txt."""
-    if path is not None and path.suffix.lower() != ".png":
-        raise typer.BadParameter(f"{option} writes a PNG; expected a name that ends in .png, got '{path}'")
+def check_ending(path: Path | None, ending: str, *, option: str) -> None:
+    """Refuse a file that would be written over one of another kind, such as notes.txt."""
+    if path is not None and path.suffix.lower() != ending:
+        raise typer.BadParameter(f"{option}: expected a name that ends in {ending}, got '{path}'")

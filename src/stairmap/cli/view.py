@@ -9,6 +9,7 @@ import typer
 from stairmap.cli.interrupts import noted_interrupts
 from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import ViewRequest
+from stairmap.errors import OutputError
 from stairmap.trajectory import Trajectory
 from stairmap.visualization.foxglove_file import FoxgloveFile
 from stairmap.visualization.page import PageFile
@@ -26,6 +27,9 @@ def view_run(request: ViewRequest) -> int:
     StairmapError
         If it is no run folder, a package or display is missing, or a file cannot be written.
     """
+    if request.mcap is not None and request.mcap.exists():
+        # Bags have the same ending: walk.mcap may well be the recording itself.
+        raise OutputError(f"--foxglove {request.mcap} is there already, perhaps a bag; name another file")
     replay = load_run(request.run, recording=request.recording)
     for note in replay.notes:
         typer.echo(note, err=True)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stairmap.cli.options import OUTPUT, DebugOption, JsonOption, check_png_name
+from stairmap.cli.options import OUTPUT, DebugOption, JsonOption, check_ending
 from stairmap.cli.requests import CheckRequest
 
 
@@ -64,7 +64,7 @@ def check(
         return
     if stairways is None:
         raise typer.BadParameter("expected a run folder or stairways.json; --list prints robots and codes")
-    check_png_name(picture, option="--picture")
+    check_ending(picture, ".png", option="--picture")
     request = CheckRequest(
         stairways=stairways,
         robots=tuple(robots or ()),

@@ -23,7 +23,7 @@ from stairmap.cli.options import (
     SetOption,
     TrajectoryOption,
     UpOption,
-    check_png_name,
+    check_ending,
     method_request,
 )
 from stairmap.cli.requests import InspectRequest
@@ -78,7 +78,7 @@ def inspect(
 
     if output is not None and frame is None:
         raise typer.BadParameter("--output draws one frame; say which with --frame N")
-    check_png_name(output, option="--output")
+    check_ending(output, ".png", option="--output")
     request = InspectRequest(
         input=method_request(
             recording,

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stairmap.cli.options import OUTPUT, DebugOption
+from stairmap.cli.options import OUTPUT, DebugOption, check_ending
 from stairmap.cli.requests import ViewRequest
 
 DEFAULT_WEB_PORT = 9090
@@ -90,6 +90,12 @@ def view(
 
     if port is not None and not web:
         raise typer.BadParameter("--port is the port of --web; add --web")
+    for path, ending, option in (
+        (save, ".rrd", "--save"),
+        (page, ".html", "--page"),
+        (foxglove, ".mcap", "--foxglove"),
+    ):
+        check_ending(path, ending, option=option)
     request = ViewRequest(
         run=run,
         recording=recording,
