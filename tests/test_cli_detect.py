@@ -7,6 +7,7 @@ import json
 import cv2
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from command_line import check_refused, stairmap
 from small_recordings import damage_image, write_recording
@@ -131,3 +132,15 @@ def test_a_picture_is_not_written_over_a_file_of_another_kind(recording, tmp_pat
     assert outcome.code == 2
     assert stairmap("check", recording, "--picture", notes).code == 2
     assert notes.read_text() == "mine"
+
+
+def test_inspect_doubts_poses_that_are_not_the_optical_frames(floor, tmp_path):
+    """The pose of a camera_link, x forward and z up, makes a wall of the floor."""
+    assert "floor is tilted" not in stairmap("inspect", floor).stdout
+    optical = np.loadtxt(floor / "groundtruth.txt", ndmin=2)
+    link_from_optical = Rotation.from_quat([-0.5, 0.5, -0.5, 0.5])
+    quaternions = (Rotation.from_quat(optical[:, 4:]) * link_from_optical.inv()).as_quat()
+    np.savetxt(tmp_path / "link.tum", np.column_stack([optical[:, :4], quaternions]))
+    text = stairmap("inspect", floor, "--trajectory", tmp_path / "link.tum").stdout
+    assert "by the poses the floor is tilted by" in text
+    assert "optical frame" in text

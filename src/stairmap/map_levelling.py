@@ -15,6 +15,7 @@ from stairmap.arrays import Float64Array, Transform
 from stairmap.detection.inverse_depth import fit_surface_normals, inverse_depth_from_frame
 from stairmap.detection.orientation import estimate_up
 from stairmap.errors import TrajectoryError
+from stairmap.frame import DepthFrame
 from stairmap.geometry import normalized
 from stairmap.recordings.base import Recording
 from stairmap.trajectory import Trajectory
@@ -90,10 +91,16 @@ def find_map_levelling(recording: Recording, trajectory: Trajectory, *, max_dept
         if index % stride or not trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
             continue
         num_asked += 1
-        up = estimate_up(fit_surface_normals(inverse_depth_from_frame(frame, max_depth=max_depth)))
+        up = estimate_map_up(frame, trajectory, max_depth=max_depth)
         if up is not None:
-            ups.append(trajectory.pose_at(frame.stamp_ns)[:3, :3] @ up)
+            ups.append(up)
     return levelling_from_ups(np.array(ups).reshape(-1, 3), num_asked=num_asked)
+
+
+def estimate_map_up(frame: DepthFrame, trajectory: Trajectory, *, max_depth: float) -> Float64Array | None:
+    """Estimate the (3,) unit vector in the map that points up by the floor of a frame with a pose."""
+    up = estimate_up(fit_surface_normals(inverse_depth_from_frame(frame, max_depth=max_depth)))
+    return None if up is None else np.asarray(trajectory.pose_at(frame.stamp_ns)[:3, :3] @ up)
 
 
 def levelling_from_ups(ups: Float64Array, *, num_asked: int) -> MapLevelling:

@@ -43,8 +43,9 @@ def inspect_recording(request: InspectRequest) -> int:
     if request.frame_number is not None:
         _inspect_frame(recording, request, request.frame_number)
         return 0
+    max_depth = load_config(request.input.config_file, request.input.overrides).detection.max_depth
     with noted_interrupts() as interrupt:
-        statistics = measure_frames(recording, interrupt)
+        statistics = measure_frames(recording, interrupt, max_depth=max_depth)
         values = _describe_recording(recording, statistics)
         if request.as_json:
             typer.echo(json.dumps(null_for_nan(values), indent=1, allow_nan=False))
@@ -92,7 +93,7 @@ def _describe_recording(recording: Recording, statistics: FrameStatistics) -> di
         "num_up_from_pose": statistics.num_up_from_pose,
         "num_up_from_camera": statistics.num_up_from_camera,
         "num_up_from_floor": statistics.num_up_unknown,
-        "problems": list(recording.problems.to_lines()),
+        "problems": [*filter(None, [statistics.up_doubt]), *recording.problems.to_lines()],
     } | ({"bag": describe_bag(recording)} if isinstance(recording, BagRecording) else {})
 
 
