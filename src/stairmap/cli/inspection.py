@@ -122,8 +122,8 @@ def _find_up_doubt(map_ups: list[Float64Array], num_asked: int) -> str | None:
         return None
     return (
         f"by the poses the floor is tilted by {angle:.0f} deg, in {levelling.num_agreeing} of {num_asked} "
-        "frames asked: are the poses those of the camera's optical frame (x right, y down, z forward)? if they "
-        "are, tell up with --up"
+        "frames asked: are the poses those of the camera's optical frame (x right, y down, z forward)? if "
+        "they are, tell up with --up"
     )
 
 
