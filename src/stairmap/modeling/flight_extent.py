@@ -100,7 +100,16 @@ def find_extent(
         is_seen = np.count_nonzero(bounded) >= max(3, MIN_ENDS_SHARE * len(edges))
         end = np.median(values[bounded]) if is_seen else sign * np.percentile(sign * values, 90)
         ends.append((float(end), bool(is_seen)))
-    return FlightExtent(ends[0][0], ends[1][0], ends[0][1], ends[1][1], 0.03, 0.03)
+    (left_end, left_is_seen), (right_end, right_is_seen) = ends
+    # Drift spreads the ends of many frames; what a single frame saw of a step it does not widen.
+    excess = max(left_end - right_end - float(np.percentile(left - right, 90)), 0.0)
+    if left_is_seen:
+        right_end += excess
+    elif right_is_seen:
+        left_end -= excess
+    else:
+        left_end, right_end = left_end - excess / 2, right_end + excess / 2
+    return FlightExtent(left_end, right_end, left_is_seen, right_is_seen, 0.03, 0.03)
 
 
 def _falls_short(ends: Float64Array, bounded: Mask) -> Mask:
