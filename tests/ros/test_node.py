@@ -173,6 +173,13 @@ def test_an_impossible_parameter_ends_the_node_with_one_line(
     assert the_only_line_of(ros).startswith(f"stairmap: {told}")
 
 
+def test_arguments_that_ros_cannot_read_end_the_node_without_a_traceback(ros: RosEnvironment) -> None:
+    node = ros.start_node(map_frame="")
+    assert node.wait(timeout=60) == 1
+    last = ros.node_log.read_text().splitlines()[-1]
+    assert last.startswith("stairmap: failed to initialize rcl: Couldn't parse parameter override rule")
+
+
 def test_without_tf2_msgs_the_node_says_what_to_install(ros: RosEnvironment) -> None:
     node = ros.start_node(without_package="tf2_msgs")
     assert node.wait(timeout=60) == 1

@@ -20,7 +20,11 @@ def main() -> int:
     stopped = Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.set())
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # such as a file of parameters that is not there
+        print(f"stairmap: {error}", file=sys.stderr)  # noqa: T201
+        return 1
     try:
         node = StairmapNode()
     except StairmapError as error:

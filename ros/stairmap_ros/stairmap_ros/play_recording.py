@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import array
+import signal
 import sys
 import time
 from pathlib import Path
@@ -18,6 +19,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import CameraInfo, Image
 from tf2_msgs.msg import TFMessage
@@ -40,7 +42,10 @@ def main() -> int:
     parser.add_argument("--rate", type=float, default=1.0, help="how many times faster than it was taken")
     parser.add_argument("--loop", action="store_true", help="from the beginning again at its end")
     arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
-    rclpy.init()
+    # rclpy's own handlers would take the publishers away while they are used.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
         player = Player()
         while True:
