@@ -28,8 +28,8 @@ MIN_RISER_ROWS = 15.0
 
 RUN_TOLERANCE = 0.004
 RISE_TOLERANCES = (0.012, 0.0045, 0.003)
-"""Tolerance of rise with no, one, and more treads that are seen over four rows, m: without any, a shift of edges
-cannot be told from a rise in one frame."""
+"""Tolerance of rise with no, one, and more treads that are seen over four rows, m: without any, a shift of
+edges cannot be told from a rise in one frame."""
 
 
 @dataclass(frozen=True, kw_only=True)
