@@ -26,7 +26,7 @@ from stairmap.transforms import rotation_from_vector, transform_points
 MIN_RISER_ROWS = 15.0
 """A first riser seen over fewer rows than this may be too low for normals to show its heading."""
 
-RUN_TOLERANCE = 0.004
+RUN_TOLERANCE = 0.006
 RISE_TOLERANCES = (0.012, 0.0045, 0.003)
 """Tolerance of rise with no, one, and more treads that are seen over four rows, m: without any, a shift of
 edges cannot be told from a rise in one frame."""

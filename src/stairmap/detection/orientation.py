@@ -24,6 +24,9 @@ HEADING_BINS = 72
 MAX_RESIDUAL = 1.5
 """Normals whose plane fits worse than this many times the frame's noise do not tell up."""
 
+PLANE_RESIDUAL = 0.0005
+"""A plane that fits better than this, 1/m, is one however small the frame's noise is."""
+
 FULL_TURN_SHARE = 0.2
 """Share of level normals that may turn up by all that is allowed: a few narrow treads may all lean."""
 
@@ -66,7 +69,7 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
     Up and its standard deviation: ``GIVEN_UP_STD`` where it stays as given.
     """
     # Where a window straddles an edge, or a sensor rounds it, the plane fits badly and leans.
-    normals = surfaces.normals[surfaces.residual <= MAX_RESIDUAL * surfaces.noise]
+    normals = surfaces.normals[surfaces.residual <= max(MAX_RESIDUAL * surfaces.noise, PLANE_RESIDUAL)]
     corrected = up
     for level_limit, upright_limit in ((15.0, 10.0), (9.0, 8.0), (5.0, 6.0)):
         along = normals @ corrected.astype(np.float32)
