@@ -25,7 +25,11 @@ from stairmap.recordings.map_up import (
     map_from_recorded_with_up,
     turned_trajectory,
 )
-from stairmap.recordings.pose_coverage import find_implausible_speed, find_pose_coverage
+from stairmap.recordings.pose_coverage import (
+    check_pose_coverage,
+    find_implausible_speed,
+    find_pose_coverage,
+)
 from stairmap.recordings.tum_trajectory import load_tum_trajectory
 from stairmap.trajectory import Trajectory
 
@@ -143,14 +147,7 @@ class ImageFolderRecording:
                 "pass --trajectory FILE (TUM format), or --odometry to find them from the depth, or look at "
                 "single frames with: stairmap detect"
             )
-        if self._num_without_pose == self.num_frames:
-            first, last = (stamp_ns * 1e-9 for stamp_ns in self.time_range_ns)
-            pose_first, pose_last = self._trajectory.stamps_ns[[0, -1]] * 1e-9
-            raise TrajectoryError(
-                f"{find_pose_coverage(self._trajectory, self._stamps_ns)}; images run from {first:.3f} to "
-                f"{last:.3f} s, poses from {pose_first:.3f} to {pose_last:.3f} s; give poses of the same "
-                "clock at 10 Hz or more"
-            )
+        check_pose_coverage(self._trajectory, self._stamps_ns)
         return self._trajectory
 
     def __iter__(self) -> Iterator[DepthFrame]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import IntArray
+from stairmap.errors import TrajectoryError
 from stairmap.trajectory import MAX_GAP_NS, Trajectory
 
 MAX_MEDIAN_SPEED = 30.0
@@ -56,6 +57,25 @@ def find_pose_coverage(trajectory: Trajectory, stamps_ns: IntArray) -> PoseCover
         num_before=num_before,
         num_between=len(without) - num_before - num_after,
         num_after=num_after,
+    )
+
+
+def check_pose_coverage(trajectory: Trajectory, stamps_ns: IntArray) -> None:
+    """Raise an error if none of (N,) frame stamps has a pose.
+
+    Raises
+    ------
+    TrajectoryError
+        With the times of images and poses.
+    """
+    coverage = find_pose_coverage(trajectory, stamps_ns)
+    if coverage.num_without < coverage.num_frames:
+        return
+    first, last = stamps_ns[[0, -1]] * 1e-9
+    pose_first, pose_last = trajectory.stamps_ns[[0, -1]] * 1e-9
+    raise TrajectoryError(
+        f"{coverage}; images run from {first:.3f} to {last:.3f} s, poses from {pose_first:.3f} to "
+        f"{pose_last:.3f} s; give poses of the same clock at 10 Hz or more"
     )
 
 
