@@ -26,6 +26,13 @@ def normalized(vector: ArrayLike) -> Vector:
     return np.asarray(array / length)
 
 
+def cross(first: Vector, second: Vector) -> Vector:
+    """Return the cross product of two (3,) vectors; ``numpy.cross`` takes ten times as long for so little."""
+    a, b, c = first.tolist()
+    x, y, z = second.tolist()
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+
+
 def angle_between(first: ArrayLike, second: ArrayLike) -> float:
     """Return the angle between two (3,) vectors, 0 to pi rad."""
     a, b = normalized(first), normalized(second)

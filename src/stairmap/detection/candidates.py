@@ -16,6 +16,7 @@ from stairmap.detection.refinement import RefinedLattice
 from stairmap.detection.rules import find_rejections
 from stairmap.detection.seen_steps import choose_nosings
 from stairmap.detection.step_turns import find_turned
+from stairmap.geometry import cross
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,7 +126,7 @@ def _make_observation(
     """The observation of the chosen nosings; nosing 0 is the lowest of them."""
     descending = refined.run < 0
     forward = -refined.forward if descending else refined.forward
-    left_axis = np.cross(refined.up, refined.forward)
+    left_axis = cross(refined.up, refined.forward)
     nosings = refined.nosings
     distance, height = nosings.distance, nosings.height
     lattice_s = refined.distance + np.arange(len(distance)) * refined.run

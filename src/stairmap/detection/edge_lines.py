@@ -10,6 +10,7 @@ from stairmap.arrays import Float64Array, Mask
 from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.detection.ramps import MAX_RAMP, SHARP, find_crossings
 from stairmap.detection.refinement import RefinedLattice
+from stairmap.geometry import cross
 
 MAX_BRIDGE = 0.20
 """Gaps in a step up to this width, m, are bridged: balusters, a foot, a bag."""
@@ -97,7 +98,7 @@ def _footprints(lattice: RefinedLattice, limit: float) -> Float64Array:
     backward_step = np.append(0.0, forward_step[:-1])
     both = adjacent & np.append(False, adjacent[:-1])
     steps = np.where(both, 0.5 * (forward_step + backward_step), forward_step + backward_step)
-    sign = -1.0 if np.cross(lattice.up, lattice.forward)[0] < 0 else 1.0
+    sign = -1.0 if cross(lattice.up, lattice.forward)[0] < 0 else 1.0
     bound = limit * pixels.forward
     return np.asarray(np.clip(sign * steps, -bound, bound), dtype=np.float64)
 
@@ -138,7 +139,7 @@ def _find_ends(smooth: Float64Array, plateau: float, max_gap: int) -> tuple[floa
 
 def _column_step(lattice: RefinedLattice, side: int) -> int:
     """Which way columns count towards a side (+1 left, -1 right) of the stairs."""
-    return -side if np.cross(lattice.up, lattice.forward)[0] < 0 else side
+    return -side if cross(lattice.up, lattice.forward)[0] < 0 else side
 
 
 def _measure_ramp(
@@ -188,7 +189,7 @@ def _is_bounded(
     chosen = np.flatnonzero((members.tread | members.riser) & near_end)
     index = members.index[chosen]
     camera = image.camera
-    left_axis = np.cross(lattice.up, lattice.forward)
+    left_axis = cross(lattice.up, lattice.forward)
     column_step = _column_step(lattice, side)
     distance = pixels.forward[chosen, None]
     outward = np.maximum(inward[chosen, None], 0) + LOOK_OUTWARD

@@ -17,6 +17,7 @@ import numpy as np
 
 from stairmap.arrays import Float32Array, Float64Array, Mask, Points, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
+from stairmap.geometry import cross
 
 STRIP_WIDTH = 16
 """Columns of a strip, working pixels: wide enough to average noise, narrow against a stairway."""
@@ -99,7 +100,7 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
     sampled: Float32Array = np.asarray(remapped, dtype=np.float32)
     sampled[ray_forward < MIN_FORWARD] = 0
     sampled /= np.maximum(ray_forward, np.float32(MIN_FORWARD))
-    left = np.cross(up, forward).astype(np.float32)
+    left = cross(up, forward).astype(np.float32)
     per_strip = STRIP_WIDTH // COLUMN_STEP
     centers = per_strip // 2 + per_strip * np.arange(num_strips)
     lateral = (left[0] * x[centers] + left[2] + left[1] * ray_y[:, centers]) / np.maximum(

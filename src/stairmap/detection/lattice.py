@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.config import EnvelopeConfig
@@ -85,7 +84,8 @@ def group_nosings(nosings: Float64Array, *, num_strips: int, noise: float) -> No
         & (np.abs(height[:, None] - height) < np.minimum(tolerance, 0.05))
         & (np.abs(strip[:, None] - strip) <= 2)
     )
-    count, label = connected_components(close, directed=False)
+    label = _connected(close)
+    count = int(label.max()) + 1
     size = np.bincount(label, minlength=count)
     strips = np.zeros((count, num_strips), dtype=bool)
     strips[label, strip.astype(np.int64)] = True
@@ -95,6 +95,21 @@ def group_nosings(nosings: Float64Array, *, num_strips: int, noise: float) -> No
         height=(np.bincount(label, height, count) / size)[keep],
         strips=strips[keep],
     )
+
+
+def _connected(close: Mask) -> IntArray:
+    """Number the connected components of a symmetric (N, N) relation; returns (N,).
+
+    As ``scipy.sparse.csgraph.connected_components``, which takes three times as long for some ten nosings.
+    """
+    label = np.arange(len(close))
+    while True:
+        lowest = np.where(close, label, len(close)).min(axis=1)
+        lowest = lowest[lowest]
+        if np.array_equal(lowest, label):
+            break
+        label = lowest
+    return np.asarray(np.unique(label, return_inverse=True)[1])
 
 
 def find_lattices(

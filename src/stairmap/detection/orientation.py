@@ -10,7 +10,7 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage, SurfaceNormals
-from stairmap.geometry import normalized
+from stairmap.geometry import cross, normalized
 
 MAX_PEAKS = 6
 """Peaks of the heading histogram that are looked at."""
@@ -127,7 +127,7 @@ def level_axes(up: Vector) -> tuple[Vector, Vector]:
     """Return two level unit vectors, camera frame: the viewing direction made level, and left of it."""
     axis = np.array([0.0, 0.0, 1.0]) if abs(up[2]) < 0.95 else np.array([0.0, -1.0, 0.0])
     ahead = normalized(axis - (axis @ up) * up)
-    return ahead, np.cross(up, ahead)
+    return ahead, cross(up, ahead)
 
 
 class Heading(NamedTuple):

@@ -94,11 +94,10 @@ def label_cells(elevation: Elevation, *, noise: float) -> NDArray[np.int8]:
     sums = np.zeros((5, num_rows + 2 * MAX_HALF_ROWS + 1, num_strips))
     np.cumsum(moments, axis=1, out=sums[:, MAX_HALF_ROWS + 1 : MAX_HALF_ROWS + 1 + num_rows])
     sums[:, MAX_HALF_ROWS + 1 + num_rows :] = sums[:, MAX_HALF_ROWS + num_rows, None]
-    count, tau1, tau2, q1, q_tau = windows = np.zeros((5, num_rows, num_strips))
-    for size in np.unique(half):
-        first, last = MAX_HALF_ROWS - size, MAX_HALF_ROWS + size + 1
-        window = sums[:, last : last + num_rows] - sums[:, first : first + num_rows]
-        np.copyto(windows, window, where=half == size)
+    center = np.arange(num_rows * num_strips).reshape(num_rows, num_strips) + MAX_HALF_ROWS * num_strips
+    sums = sums.reshape(5, -1)
+    above, below = center + (half + 1) * num_strips, center - half * num_strips
+    count, tau1, tau2, q1, q_tau = sums.take(above, axis=1) - sums.take(below, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         mean_tau, mean_q = tau1 / count, q1 / count
         slope = (q_tau / count - mean_tau * mean_q) / (tau2 / count - mean_tau**2)
@@ -107,8 +106,8 @@ def label_cells(elevation: Elevation, *, noise: float) -> NDArray[np.int8]:
     labels = np.zeros(q.shape, dtype=np.int8)
     labels[usable & (np.abs(inclination - 90.0) < 28.0)] = RISER
     # What is level above the camera is a ceiling, or the line of sight along a jump.
-    below = elevation.slope[:, None] < -0.01
-    labels[usable & below & (np.abs((inclination + 90.0) % 180.0 - 90.0) < 20.0)] = TREAD
+    is_below = elevation.slope[:, None] < -0.01
+    labels[usable & is_below & (np.abs((inclination + 90.0) % 180.0 - 90.0) < 20.0)] = TREAD
     return labels
 
 

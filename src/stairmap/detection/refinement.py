@@ -24,7 +24,7 @@ from stairmap.detection.nosings import (
 from stairmap.detection.orientation import GIVEN_UP_STD
 from stairmap.detection.rise_information import with_rise_variance
 from stairmap.detection.stair_pixels import Membership, StairPixels, find_members, gather_pixels
-from stairmap.geometry import normalized
+from stairmap.geometry import cross, normalized
 
 MAX_PIXELS = (7_000, 12_000)
 """Pixels looked at in the first and the second round: more rows would tell the same steps again."""
@@ -130,7 +130,7 @@ def refine_lattice(
         tilt, roll, turn, rotation_covariance = fit_rotation(
             pixels, members, noise, num_nosings, row_step, up_std, ascends=run > 0
         )
-        left = np.cross(up, forward)
+        left = cross(up, forward)
         new_up = normalized(up + tilt * forward + roll * left)
         turned = forward - tilt * up + turn * left
         forward = normalized(turned - (turned @ new_up) * new_up)

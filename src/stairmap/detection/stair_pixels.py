@@ -8,6 +8,7 @@ import numpy as np
 
 from stairmap.arrays import Float32Array, IntArray, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
+from stairmap.geometry import cross
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +94,7 @@ def gather_pixels(
     row, column = row * row_step, column + first
     x = ((column - camera.cx) / camera.fx).astype(np.float32) * depth
     y = ((row - camera.cy) / camera.fy).astype(np.float32) * depth
-    left = np.cross(up, forward)
+    left = cross(up, forward)
 
     def along(axis: Vector) -> Float32Array:
         a, b, c = axis.astype(np.float32)

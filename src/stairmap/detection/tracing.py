@@ -14,6 +14,7 @@ from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.detection.observation import DetectionTrace, StairObservation
 from stairmap.detection.stair_pixels import find_members, gather_pixels
 from stairmap.frame import DepthFrame
+from stairmap.geometry import cross
 
 
 def trace_detection(
@@ -59,7 +60,7 @@ def _candidate_lines(camera: PinholeCamera, candidate: Candidate) -> Float64Arra
     if not member.any():
         return np.zeros((0, 4))
     low, high = np.percentile(refined.pixels.left[member], [5, 95])
-    left = np.cross(refined.up, refined.forward)
+    left = cross(refined.up, refined.forward)
     lines = []
     for index in np.flatnonzero(refined.nosings.is_seen):
         point = (refined.distance + index * refined.run) * refined.forward

@@ -10,6 +10,7 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray
 from stairmap.detection.observation import StairObservation
+from stairmap.geometry import cross
 
 OBSERVATION_FIELDS = np.dtype(
     [
@@ -101,7 +102,7 @@ class ObservationTable:
 
     def add(self, observation: StairObservation) -> None:
         """Append one observation."""
-        left_axis = np.cross(observation.up, observation.forward)
+        left_axis = cross(observation.up, observation.forward)
         ends = np.array([edge.nosing for edge in observation.edges]) - observation.origin
         left, right = ends[:, 0] @ left_axis, ends[:, 1] @ left_axis
         middle = ends.mean(axis=1)
