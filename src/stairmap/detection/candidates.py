@@ -83,9 +83,12 @@ def judge_candidate(
     chosen = choose_nosings(refined, extents, turned)
     left, right = _common_extent(extents, chosen)
     rejections = find_rejections(refined, extents, chosen, left - right, turn, config)
-    # Two nosings find a lattice anywhere; the third must then be as good as they are, or not alone.
+    # Two nosings find a lattice anywhere; the third must then be as good as they are, or not alone, and
+    # where noise is as large as a step anything would do.
     all_creases = bool(refined.nosings.is_crease[chosen].all())
-    if len(lattice.indices) < min_steps and len(chosen) <= min_steps and not all_creases:
+    num_sure = len(lattice.indices) + _num_told_from_noise(refined, chosen)
+    is_sure = num_sure >= min_steps and (len(chosen) > min_steps or all_creases)
+    if len(lattice.indices) < min_steps <= len(chosen) and not is_sure:
         rejection = Rejection(rule="min_steps", measured=len(lattice.indices), limit=min_steps, unit="1")
         rejections = (*rejections, rejection)
     num_pixels = int(np.count_nonzero(refined.members.tread | refined.members.riser)) * refined.row_step
@@ -100,6 +103,13 @@ def judge_candidate(
         lattice=lattice,
         refined=refined,
     )
+
+
+def _num_told_from_noise(refined: RefinedLattice, chosen: IntArray) -> int:
+    """How many nosings were added to those found where three sigma are less than 0.3 of a run."""
+    others = chosen[(chosen < refined.found[0]) | (chosen > refined.found[1])]
+    distance = refined.distance + others * refined.run
+    return int(np.count_nonzero(3.0 * refined.noise * distance**2 < 0.3 * abs(refined.run)))
 
 
 def _common_extent(extents: StepExtents, chosen: IntArray) -> tuple[float, float]:

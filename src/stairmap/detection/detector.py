@@ -23,7 +23,7 @@ from stairmap.detection.inverse_depth import (
 )
 from stairmap.detection.jump_edges import find_riser_tops, find_tread_fronts
 from stairmap.detection.lattice import Lattice, find_lattices, group_nosings
-from stairmap.detection.ledges import find_ledges
+from stairmap.detection.ledges import find_ledges, is_made_of_ledges
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.detection.orientation import (
     CorrectedUp,
@@ -142,7 +142,7 @@ class StairEdgeDetector:
             segments = find_segments(elevation, label_cells(elevation, noise=noise), noise=noise)
             for view_sign in (1, -1):
                 found = self._find_lattices(elevation, segments, noise, view_sign)
-                for lattice, ends in found:
+                for lattice, ends, is_open in found:
                     columns = strip_columns(image.camera.width, lattice.strips, margin=1)
                     refined = refine_lattice(
                         image,
@@ -153,6 +153,7 @@ class StairEdgeDetector:
                         noise=surfaces.noise,
                         columns=columns,
                         up_std=up_std,
+                        is_open=is_open,
                     )
                     candidates.append(judge_candidate(image, lattice, refined, frame.stamp_ns, self._config))
                 if candidates and candidates[-1].observation is not None:
@@ -160,21 +161,24 @@ class StairEdgeDetector:
 
     def _find_lattices(
         self, elevation: Elevation, segments: ProfileSegments, noise: float, view_sign: int
-    ) -> list[tuple[Lattice, Points]]:
-        """Lattices along one heading and view, each with the jumps that lie in its strips."""
+    ) -> list[tuple[Lattice, Points, bool]]:
+        """Lattices along one heading and view, the jumps in the strips of each, and if it is of slabs."""
         creases, in_crease = find_creases(segments)
         fronts = find_tread_fronts(elevation, segments, in_crease[:, 1], view_sign=view_sign)
+        ledges = find_ledges(elevation, noise=noise) if view_sign > 0 else np.zeros((0, 3))
         if view_sign > 0:
             tops = find_riser_tops(elevation, segments, in_crease[:, 0])
-            ends = np.concatenate([tops, fronts, find_ledges(elevation, noise=noise)])
-            nosings = np.concatenate([creases, ends])
+            others = np.concatenate([creases, tops, fronts])
+            ends = np.concatenate([tops, fronts, ledges])
         else:
-            ends = nosings = fronts
+            others = ends = fronts
+        nosings = np.concatenate([others, ledges])
         groups = group_nosings(nosings, num_strips=elevation.inverse_distance.shape[1], noise=noise)
         found = []
         for lattice in find_lattices(groups, self._config.envelope, view_sign=view_sign, noise=noise):
             mine = ends[lattice.strips[ends[:, 2].astype(np.int64)]]
-            found.append((lattice, lateral_positions(elevation, mine)))
+            is_open = is_made_of_ledges(lattice, ledges, others)
+            found.append((lattice, lateral_positions(elevation, mine), is_open))
         return found
 
 

@@ -80,6 +80,7 @@ def measure_nosings(
     num_nosings: int,
     row_step: int,
     pixel_size: float,
+    is_open: bool,
 ) -> MeasuredNosings:
     """Measure the nosings of a lattice.
 
@@ -99,6 +100,8 @@ def measure_nosings(
         Every so many rows were taken.
     pixel_size
         Size of a working pixel at 1 m, m.
+    is_open
+        Whether the risers are the fronts of slabs, too thin to tell by themselves whether they are upright.
     """
     index = np.arange(num_nosings)
     lattice_s, lattice_z = distance + index * run, height + index * rise
@@ -111,8 +114,6 @@ def measure_nosings(
     riser_s, riser_std, num_riser = _surface_means(
         pixels.forward, members.riser, members.index, spread, num_nosings, row_step
     )
-    flat = ~_is_upright(pixels, members, spread, num_nosings)
-    riser_s[flat], num_riser = np.nan, np.where(flat, 0, num_riser)
     rows_of_tread = -np.abs(run) * lattice_z / np.maximum(lattice_s, 0.1) ** 2 / pixel_size
     tread_z[rows_of_tread < MIN_TREAD_ROWS] = np.nan
     edge = EDGE_ROW_STD * pixel_size * np.maximum(lattice_s, 0.1)
@@ -128,6 +129,9 @@ def measure_nosings(
     pixel = pixel_size * np.maximum(lattice_s, 0.1)
     end_z, end_z_std = _end_medians(ends[near, 1], owner[near], num_nosings, pixel)
     end_s, end_s_std = _end_medians(ends[near, 0], owner[near], num_nosings, 2.0 * pixel)
+    # What lies in front of a slab's front or looks like it, a floor, has no upper end there.
+    is_none = np.isnan(end_z) if is_open else ~_is_upright(pixels, members, spread, num_nosings)
+    riser_s[is_none], num_riser = np.nan, np.where(is_none, 0, num_riser)
     is_crease = np.isfinite(tread_z) & np.isfinite(riser_s)
     return MeasuredNosings(
         distance=np.where(np.isfinite(riser_s), riser_s, end_s),

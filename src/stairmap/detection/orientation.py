@@ -24,6 +24,9 @@ HEADING_BINS = 72
 MAX_RESIDUAL = 1.5
 """Normals whose plane fits worse than this many times the frame's noise do not tell up."""
 
+MAX_HOLE = 5
+"""Holes without depth up to this size, working pixels, are closed before lines are looked for."""
+
 PLANE_RESIDUAL = 0.0005
 """A plane that fits better than this, 1/m, is one however small the frame's noise is."""
 
@@ -211,7 +214,9 @@ def find_line_headings(
     """
     # Half a percent of an inverse distance of 1/m is one grey level: 100 mm at 1.5 m give 9.
     grey = np.minimum(image.inverse_depth * 200.0, 255.0).astype(np.uint8)
-    lines = cv2.HoughLinesP(cv2.Canny(grey, 8, 16), 1, np.pi / 180, 25, minLineLength=25, maxLineGap=4)
+    # Pixels without depth have borders on all sides, which are no edges.
+    closed = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, np.ones((MAX_HOLE, MAX_HOLE), np.uint8))
+    lines = cv2.HoughLinesP(cv2.Canny(closed, 8, 16), 1, np.pi / 180, 25, minLineLength=25, maxLineGap=4)
     if lines is None:
         return []
     camera = image.camera
@@ -240,7 +245,7 @@ def find_line_headings(
         near = (np.abs(bins - peak) <= 1) & (weights > 0)
         if not near.any():
             continue
-        angle = float(np.average(angles[near], weights=weights[near]))
+        angle = float(np.average(angles[near], weights=weights[near] ** 2))
         taken = [*(heading.angle for heading in known), *found]
         if abs(angle) < np.radians(80) and all(abs(angle - other) > np.radians(8) for other in taken):
             found.append(angle)

@@ -16,6 +16,7 @@ from stairmap.arrays import Float64Array, Points, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.detection.lattice import Lattice
 from stairmap.detection.lattice_fit import fit_lattice, fit_rotation
+from stairmap.detection.ledges import MAX_THICKNESS
 from stairmap.detection.nosings import (
     MIN_SURFACE_PIXELS,
     MeasuredNosings,
@@ -29,8 +30,9 @@ from stairmap.geometry import cross, normalized
 MAX_PIXELS = (7_000, 12_000)
 """Pixels looked at in the first and the second round: more rows would tell the same steps again."""
 
-MIN_RISER_ROWS = 4
-"""Rows of the farthest riser that are kept however many pixels there are."""
+MIN_STEP_ROWS = 4
+"""Rows of the farthest riser, or of the farthest tread of stairs that descend, that are kept however many
+pixels there are."""
 
 STEPS_ASCENDING, STEPS_DESCENDING = (1, 5), (2, 2)
 """Steps below and above those found that are tried, where stairs ascend and descend: far up, few rows of each
@@ -59,6 +61,8 @@ class RefinedLattice:
         Each nosing as it was measured by itself.
     noise
         Standard deviation of inverse depth of a pixel that was reckoned with, 1/m.
+    is_open
+        Whether it was found by ledges: its risers are open, and their pixels the fronts of slabs.
     """
 
     up: Vector
@@ -75,6 +79,7 @@ class RefinedLattice:
     row_step: int
     nosings: MeasuredNosings
     noise: float
+    is_open: bool
 
 
 def refine_lattice(
@@ -87,6 +92,7 @@ def refine_lattice(
     noise: float,
     columns: tuple[int, int],
     up_std: float = GIVEN_UP_STD,
+    is_open: bool = False,
 ) -> RefinedLattice | None:
     """Fit the lattice and its axes to the pixels of its treads and risers.
 
@@ -106,6 +112,8 @@ def refine_lattice(
         Columns of the working image in which the stairs lie.
     up_std
         Standard deviation of the direction of ``up``, rad.
+    is_open
+        Whether the risers are open: what is seen of them are the fronts of slabs.
 
     Returns
     -------
@@ -116,14 +124,20 @@ def refine_lattice(
     distance, height = lattice.distance - num_below * run, lattice.height - num_below * rise
     num_nosings = num_below + int(lattice.indices[-1]) + 1 + num_above
     area = image.camera.height * (columns[1] - columns[0])
-    # However many pixels there are, each riser keeps a few rows.
-    farthest = max(distance, lattice.distance + (int(lattice.indices[-1]) + 3) * run, 0.3)
-    max_row_step = max(1, int(rise * image.camera.fy / farthest / MIN_RISER_ROWS))
+    # However many pixels there are, each step keeps a few rows.
+    max_row_step = max(1, int(_rows_of_smallest_step(lattice, image.camera.fy) / MIN_STEP_ROWS))
     for max_pixels in MAX_PIXELS:
         row_step = min(max(1, -(-area // max_pixels)), max_row_step)
         pixels = gather_pixels(image, up, forward, columns=columns, row_step=row_step)
         members = find_members(
-            pixels, distance=distance, height=height, run=run, rise=rise, noise=noise, num_nosings=num_nosings
+            pixels,
+            distance=distance,
+            height=height,
+            run=run,
+            rise=rise,
+            noise=noise,
+            num_nosings=num_nosings,
+            slab_thickness=MAX_THICKNESS if is_open else None,
         )
         if np.count_nonzero(members.tread | members.riser) * row_step < 3 * MIN_SURFACE_PIXELS:
             return None
@@ -150,6 +164,7 @@ def refine_lattice(
             num_nosings=num_nosings,
             row_step=row_step,
             pixel_size=1.0 / image.camera.fy,
+            is_open=is_open,
         )
         fit = fit_lattice(nosings, distance, run, 1.0 / image.camera.fy)
         if fit is None:
@@ -170,7 +185,20 @@ def refine_lattice(
         row_step=row_step,
         nosings=nosings,
         noise=noise,
+        is_open=is_open,
     )
+
+
+def _rows_of_smallest_step(lattice: Lattice, focal_length: float) -> float:
+    """Rows in which the farthest step to be measured shows: its riser, or its tread seen from above."""
+    if lattice.run > 0:
+        farthest = lattice.distance + (int(lattice.indices[-1]) + 3) * lattice.run
+        return lattice.rise * focal_length / max(farthest, 0.3)
+    # Between the lines of sight over two nosings lies what the upper one leaves of the lower tread.
+    lower, upper = (
+        (lattice.height + k * lattice.rise) / max(lattice.distance + k * lattice.run, 0.3) for k in (-1, 0)
+    )
+    return abs(upper - lower) * focal_length
 
 
 def _with_rotation(

@@ -20,6 +20,9 @@ MAX_SEE_THROUGH = 0.30
 MIN_TREAD_PIXELS = 30
 """Fewest pixels of a tread that can stand for a step without a riser."""
 
+MIN_SLABS = 4
+"""Fewest nosings where only the fronts of slabs are seen: three bars also line up in furniture."""
+
 MAX_OCCLUDED, MIN_CLEARANCE = 0.4, 0.12
 """Largest share of rays that end at something in front of the stairs, and how far above the nosing line, m,
 that must be."""
@@ -57,10 +60,11 @@ def find_rejections(
     """
     envelope = config.envelope
     found = []
-    if len(chosen) < config.detection.min_steps:
-        found.append(
-            Rejection(rule="min_steps", measured=len(chosen), limit=config.detection.min_steps, unit="1")
-        )
+    min_steps = config.detection.min_steps
+    if refined.is_open and not (refined.nosings.num_tread_pixels[chosen] >= MIN_TREAD_PIXELS).any():
+        min_steps = max(min_steps, MIN_SLABS)
+    if len(chosen) < min_steps:
+        found.append(Rejection(rule="min_steps", measured=len(chosen), limit=min_steps, unit="1"))
         if turn > 0:
             limit = float(np.degrees(MAX_TURN))
             found.append(
@@ -119,15 +123,16 @@ def _see_through_share(refined: RefinedLattice, extents: StepExtents, chosen: In
     behind = np.flatnonzero(between & members.inside)
     between &= members.index >= chosen[0]
     through_tread = _enters_by_tread(refined, behind)
+    on_riser = int(np.count_nonzero(between & members.riser))
     num_treads = np.count_nonzero(refined.nosings.num_tread_pixels[chosen] >= MIN_TREAD_PIXELS)
     on_tread = int(np.count_nonzero(between & members.tread))
     phase = members.index - (pixels.height - refined.height) / refined.rise
     phases = phase[between & members.riser]
-    is_open = len(phases) > 0 and float(np.median(phases)) < MAX_LEDGE_PHASE
+    is_open = refined.is_open or (len(phases) > 0 and float(np.median(phases)) < MAX_LEDGE_PHASE)
     if num_treads >= 3 or is_open:
         num_through = int(np.count_nonzero(through_tread))
-        return num_through / max(on_tread + num_through, 1)
-    on_riser = int(np.count_nonzero(between & members.riser))
+        on_surface = on_tread + (on_riser if refined.is_open else 0)
+        return num_through / max(on_surface + num_through, 1)
     return len(behind) / max(on_tread + on_riser + len(behind), 1)
 
 

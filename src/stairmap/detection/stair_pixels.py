@@ -112,6 +112,7 @@ def find_members(
     rise: float,
     noise: float,
     num_nosings: int,
+    slab_thickness: float | None = None,
 ) -> Membership:
     """Assign pixels to the treads and risers of a lattice.
 
@@ -129,6 +130,9 @@ def find_members(
         Standard deviation of inverse depth of a pixel, 1/m.
     num_nosings
         Nosings 0 to ``num_nosings - 1`` have pixels.
+    slab_thickness
+        Where risers are open, all that is seen of them: the fronts of slabs up to so many m thick, which are
+        too thin to leave anything out near their edges.
     """
     x = (pixels.forward - np.float32(distance)) / np.float32(run)
     y = (pixels.height - np.float32(height)) / np.float32(rise)
@@ -142,6 +146,10 @@ def find_members(
     margin_x = np.minimum(0.10 + spread / np.float32(abs(run)), 0.3)
     margin_y = np.minimum(0.10 + slope * spread / np.float32(rise), 0.3)
     tread_phase, riser_phase = x - tread_index, riser_index - y
+    if slab_thickness is None:
+        is_on_height = np.abs(riser_phase - 0.5) < 0.5 - margin_y
+    else:
+        is_on_height = riser_phase < slab_thickness / rise
     tread = (
         prefer_tread
         & (tread_error < np.minimum(0.012 + 3.0 * slope * spread, 0.3 * rise))
@@ -152,7 +160,7 @@ def find_members(
     riser = (
         ~prefer_tread
         & (riser_error < np.minimum(0.015 + 3.0 * spread, 0.3 * abs(run)))
-        & (np.abs(riser_phase - 0.5) < 0.5 - margin_y)
+        & is_on_height
         & (riser_index >= 0)
         & (riser_index < num_nosings)
     )
