@@ -78,12 +78,12 @@ def _centered(values: Float64Array, weight: Float64Array, index: IntArray, num_g
 
 
 def fit_lattice(
-    nosings: MeasuredNosings, distance: float, run: float, pixel_size: float
+    nosings: MeasuredNosings, distance: float, run: float, pixel_size: float, *, first: int = 0
 ) -> tuple[float, float, float, float, Float64Array, Float64Array] | None:
     """Robust weighted lines through the nosings' distances and heights over their index.
 
     Where a height is read off an edge of the image, a sensor that fattens edges raises all of them
-    by one angle: it is fitted along, within ``EDGE_SHIFT`` of zero.
+    by one angle: it is fitted along, within ``EDGE_SHIFT`` of zero. Nosings below ``first`` are left out.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def fit_lattice(
         (nosings.distance, nosings.distance_std, np.zeros_like(nosings.distance_is_end), [2, 1]),
     )
     for value, std, is_end, slots in measures:
-        known = np.flatnonzero(np.isfinite(value))
+        known = first + np.flatnonzero(np.isfinite(value[first:]))
         if len(known) < 2:
             return None
         shift = np.where(is_end[known], np.maximum(distance + known * run, 0.1) * pixel_size, 0.0)

@@ -71,6 +71,7 @@ def measure_nosings(
     pixels: StairPixels,
     members: Membership,
     ends: Points,
+    tread_ends: Points,
     *,
     distance: float,
     height: float,
@@ -90,6 +91,8 @@ def measure_nosings(
         Pixels in the stairway's axes and where they belong.
     ends
         (M, 3) jumps in single strips: s, z, t, m.
+    tread_ends
+        The same of treads seen from above, from all pixels; used where there are no jumps.
     distance, height, run, rise
         The lattice, m.
     noise
@@ -120,15 +123,22 @@ def measure_nosings(
     dilution = CLEAN_TREAD_ROWS / np.maximum(rows_of_tread, MIN_TREAD_ROWS)
     tread_std = np.hypot(tread_std, edge * np.where(dilution > 1.0, dilution**2, dilution))
 
-    owner = np.rint(
-        ((ends[:, 0] - distance) * run + (ends[:, 1] - height) * rise) / (run**2 + rise**2)
-    ).astype(np.int64)
-    near = (np.abs(ends[:, 0] - distance - owner * run) < 0.2 * abs(run)) & (
-        np.abs(ends[:, 1] - height - owner * rise) < 0.3 * rise
-    )
+    owner = _owners(ends, distance, height, run, rise)
+    owned = ends[owner >= 0]
+    owner = owner[owner >= 0]
     pixel = pixel_size * np.maximum(lattice_s, 0.1)
-    end_z, end_z_std = _end_medians(ends[near, 1], owner[near], num_nosings, pixel)
-    end_s, end_s_std = _end_medians(ends[near, 0], owner[near], num_nosings, 2.0 * pixel)
+    end_z, end_z_std = _end_medians(owned[:, 1], owner, num_nosings, pixel)
+    end_s, end_s_std = _end_medians(owned[:, 0], owner, num_nosings, 2.0 * pixel)
+    if len(tread_ends):
+        owner = _owners(tread_ends, distance, height, run, rise)
+        others, others_std = _end_medians(
+            tread_ends[owner >= 0, 0], owner[owner >= 0], num_nosings, 2.0 * pixel
+        )
+        # All strips end in the same rows.
+        row_spacing = row_step * pixel_size * lattice_s**2 / np.maximum(np.abs(lattice_z), 0.1)
+        others_std = np.hypot(others_std, row_spacing / np.sqrt(12.0))
+        is_new = np.isnan(end_s)
+        end_s[is_new], end_s_std[is_new] = others[is_new], others_std[is_new]
     # What lies in front of a slab's front or looks like it, a floor, has no upper end there.
     is_none = np.isnan(end_z) if is_open else ~_is_upright(pixels, members, spread, num_nosings)
     riser_s[is_none], num_riser = np.nan, np.where(is_none, 0, num_riser)
@@ -144,6 +154,14 @@ def measure_nosings(
         height_is_end=~np.isfinite(tread_z),
         distance_is_end=~np.isfinite(riser_s),
     )
+
+
+def _owners(ends: Points, distance: float, height: float, run: float, rise: float) -> IntArray:
+    """(M,) index of the nosing that each end lies at; -1 where it lies at none."""
+    s, z = ends[:, 0] - distance, ends[:, 1] - height
+    owner = np.rint((s * run + z * rise) / (run**2 + rise**2))
+    near = (np.abs(s - owner * run) < 0.2 * abs(run)) & (np.abs(z - owner * rise) < 0.3 * rise)
+    return np.where(near, owner, -1).astype(np.int64)
 
 
 def _surface_means(

@@ -234,7 +234,7 @@ def find_line_headings(
     angles = np.arctan2(heading_vectors @ left, heading_vectors @ ahead)
     angles = (angles + np.pi / 2) % np.pi - np.pi / 2
     weights = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    weights *= (sharpness > 0.15) & _is_level(image, lines.reshape(-1, 2, 2), rays, up)
+    weights *= (sharpness > 0.15) & _is_level(image, ends.astype(np.int64), rays, up)
     bins = np.floor((angles + np.pi / 2) / np.radians(5)).astype(np.int64).clip(0, 35)
     histogram = np.bincount(bins, weights, 36)
     smooth = histogram + 0.5 * (np.roll(histogram, 1) + np.roll(histogram, -1))

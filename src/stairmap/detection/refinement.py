@@ -25,6 +25,7 @@ from stairmap.detection.nosings import (
 from stairmap.detection.orientation import GIVEN_UP_STD
 from stairmap.detection.rise_information import with_rise_variance
 from stairmap.detection.stair_pixels import Membership, StairPixels, find_members, gather_pixels
+from stairmap.detection.tread_ends import find_tread_ends
 from stairmap.geometry import cross, normalized
 
 MAX_PIXELS = (7_000, 12_000)
@@ -34,9 +35,13 @@ MIN_STEP_ROWS = 4
 """Rows of the farthest riser, or of the farthest tread of stairs that descend, that are kept however many
 pixels there are."""
 
-STEPS_ASCENDING, STEPS_DESCENDING = (1, 5), (2, 2)
+STEPS_ASCENDING, STEPS_DESCENDING = (1, 5), (6, 2)
 """Steps below and above those found that are tried, where stairs ascend and descend: far up, few rows of each
-riser are left, and too few for the search."""
+riser are left, and far down of each tread, and too few for the search."""
+
+MAX_FITTED_BELOW = 2
+"""Of the steps tried below those found, so many are measured: farther down the edge of the tread above, which
+a sensor fattens, hides too much of a tread to tell its height."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,6 +131,7 @@ def refine_lattice(
     area = image.camera.height * (columns[1] - columns[0])
     # However many pixels there are, each step keeps a few rows.
     max_row_step = max(1, int(_rows_of_smallest_step(lattice, image.camera.fy) / MIN_STEP_ROWS))
+    first_fitted = max(num_below - MAX_FITTED_BELOW, 0)
     for max_pixels in MAX_PIXELS:
         row_step = min(max(1, -(-area // max_pixels)), max_row_step)
         pixels = gather_pixels(image, up, forward, columns=columns, row_step=row_step)
@@ -142,7 +148,7 @@ def refine_lattice(
         if np.count_nonzero(members.tread | members.riser) * row_step < 3 * MIN_SURFACE_PIXELS:
             return None
         tilt, roll, turn, rotation_covariance = fit_rotation(
-            pixels, members, noise, num_nosings, row_step, up_std, ascends=run > 0
+            pixels, members.from_step(first_fitted), noise, num_nosings, row_step, up_std, ascends=run > 0
         )
         left = cross(up, forward)
         new_up = normalized(up + tilt * forward + roll * left)
@@ -152,10 +158,23 @@ def refine_lattice(
         pixels = pixels.rotated(tilt, roll, turn)
         rotation = np.array([[1.0, -tilt, turn], [tilt, 1.0, roll], [-turn, -roll, 1.0]])
         ends = ends @ rotation.T
+        tread_ends = np.zeros((0, 3))
+        if run < 0:
+            tread_ends = find_tread_ends(
+                pixels,
+                distance=distance,
+                height=height,
+                run=run,
+                rise=rise,
+                num_nosings=num_nosings,
+                row_step=row_step,
+                pixel_size=1.0 / image.camera.fy,
+            )
         nosings = measure_nosings(
             pixels,
             members,
             ends,
+            tread_ends,
             distance=distance,
             height=height,
             run=run,
@@ -166,7 +185,7 @@ def refine_lattice(
             pixel_size=1.0 / image.camera.fy,
             is_open=is_open,
         )
-        fit = fit_lattice(nosings, distance, run, 1.0 / image.camera.fy)
+        fit = fit_lattice(nosings, distance, run, 1.0 / image.camera.fy, first=first_fitted)
         if fit is None:
             return None
         distance, height, run, rise, covariance, rise_information = fit

@@ -12,6 +12,9 @@ MAX_ABOVE = 0.5
 """A riser with more than this share of its pixels again between 0.2 and 0.8 of a rise above its nosing is a
 wall."""
 
+SIDE_MARGIN = 0.05
+"""How far inside a step's ends it is looked what goes on before it, m."""
+
 MAX_STRAY = 0.045
 """Largest distance of a riser from the lattice beyond a pixel's noise, m: four times STEP_IRREGULARITY and
 the overhang of a nosing."""
@@ -28,7 +31,7 @@ def choose_nosings(lattice: RefinedLattice, extents: StepExtents, turned: Mask) 
     nosings = lattice.nosings
     is_front = np.isfinite(nosings.distance) & (nosings.num_tread_pixels > 0)
     width = extents.left - extents.right
-    is_front &= ~_goes_on_in_front(lattice)
+    is_front &= ~_goes_on_in_front(lattice, extents)
     strays = _strays(lattice)
     seen = (
         ~_goes_on_above(lattice)
@@ -67,14 +70,22 @@ def choose_nosings(lattice: RefinedLattice, extents: StepExtents, turned: Mask) 
     return np.array(sorted(chosen), dtype=np.int64)
 
 
-def _goes_on_in_front(lattice: RefinedLattice) -> Mask:
-    """(num_nosings,) whether a tread's level goes on in front of its nosing, as a floor does."""
+def _goes_on_in_front(lattice: RefinedLattice, extents: StepExtents) -> Mask:
+    """(num_nosings,) whether a tread's level goes on in front of its nosing, as a floor does.
+
+    Walls beside the stairs have pixels at every level.
+    """
     x = (lattice.pixels.forward - np.float32(lattice.distance)) / np.float32(lattice.run)
     y = (lattice.pixels.height - np.float32(lattice.height)) / np.float32(lattice.rise)
     index = np.rint(y).astype(np.int64)
     num_nosings = len(lattice.nosings.num_tread_pixels)
     inside = (index >= 0) & (index < num_nosings) & (np.abs(y - index) < 0.15)
     inside &= (index - x > 0.15) & (index - x < 0.8)
+    own = index.clip(0, num_nosings - 1)
+    with np.errstate(invalid="ignore"):
+        inside &= (lattice.pixels.left < extents.left[own] - SIDE_MARGIN) & (
+            lattice.pixels.left > extents.right[own] + SIDE_MARGIN
+        )
     in_front = np.bincount(index[inside], minlength=num_nosings) * lattice.row_step
     return np.asarray(in_front > 0.3 * lattice.nosings.num_tread_pixels)
 

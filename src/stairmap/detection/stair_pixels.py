@@ -69,6 +69,13 @@ class Membership:
     index: IntArray
     inside: Mask
 
+    def from_step(self, first: int) -> Membership:
+        """Return the same without the treads and risers of nosings below ``first``."""
+        is_kept = self.index >= first
+        return Membership(
+            tread=self.tread & is_kept, riser=self.riser & is_kept, index=self.index, inside=self.inside
+        )
+
 
 def gather_pixels(
     image: InverseDepthImage, up: Vector, forward: Vector, *, columns: tuple[int, int], row_step: int = 1
