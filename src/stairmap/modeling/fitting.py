@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray
+from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.geometry import wrapped_angle
 from stairmap.modeling.flight_extent import find_extent
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
@@ -34,7 +34,8 @@ MAX_PRECISE_STD = 0.0055
 
 MIN_STEP_SHARE, MIN_NEXT_SHARE = 0.08, 0.2
 """A step counts when it was seen in this share of the observations of the best-seen step, at least twice;
-above that, where fewer and fewer frames reach, in the second share of those of the step below it."""
+above that, where fewer and fewer frames reach from below, in the second share of those of the step under it.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,12 +89,20 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
     owner = position[edges["observation"]]
     index = edges["index"] + shift[owner]
     lowest_index = int(index.min())
-    first, last = _step_range(index, shift, records, lowest_index)
+    # Seen from above, a flight heads towards the camera.
+    from_below = records["forward"][owner, 2] > 0
+    first, last = _step_range(index, from_below, shift, records, lowest_index)
     extent = find_extent(edges, axes[owner, 1], index == first)
     left, right = extent.left, extent.right
 
-    forward_std = place_std(axes[:, 0] - shift * run, records["forward_variance"] + POSE_STD**2)
-    up_std = mean_std(axes[:, 2] - shift * rise, records["up_variance"] + HEIGHT_SCATTER**2)
+    # The base is so many steps away from where most observations begin.
+    lever = first - float(np.mean(shift))
+    forward_std = np.hypot(
+        place_std(axes[:, 0] - shift * run, records["forward_variance"] + POSE_STD**2), lever * run_std
+    )
+    up_std = np.hypot(
+        mean_std(axes[:, 2] - shift * rise, records["up_variance"] + HEIGHT_SCATTER**2), lever * rise_std
+    )
     cosine, sine = np.cos(heading), np.sin(heading)
     middle = (left + right) / 2
 
@@ -181,13 +190,14 @@ def _align(
 
 def _step_range(
     index: IntArray,
+    from_below: Mask,
     shift: IntArray,
     records: np.ndarray[tuple[int], np.dtype[np.void]],
     lowest: int,
 ) -> tuple[int, int]:
     """First and last step: those seen often enough, ended by floor and landing where these were seen."""
     counts = np.bincount(index - lowest)
-    below = np.append(0, counts[:-1])
+    below = np.append(0, np.bincount(index[from_below] - lowest, minlength=len(counts))[:-1])
     is_above = np.arange(len(counts)) > np.argmax(counts)
     needed = np.where(is_above, MIN_NEXT_SHARE * below, MIN_STEP_SHARE * counts.max())
     often = np.flatnonzero(counts >= np.maximum(needed, 2 if len(records) > 1 else 1))
