@@ -20,6 +20,10 @@ MAX_WORKING_WIDTH = 360
 """Images are reduced by a whole factor until they are no wider than this, in pixels."""
 
 
+MAX_BEND = np.radians(10.0)
+"""Largest angle between the normals above and below a window inside of one surface, rad."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InverseDepthImage:
     """Inverse depth of a frame at the size a detector works at.
@@ -54,6 +58,8 @@ class SurfaceNormals:
         (N, 3) float32 points they belong to, camera frame, m.
     residual
         (N,) float32 standard deviation of inverse depth about each fitted plane, 1/m.
+    is_inner
+        (N,) whether the windows above and below it have parallel normals, so that it lies on no border.
     noise
         Their median.
     """
@@ -61,6 +67,7 @@ class SurfaceNormals:
     normals: Float32Array
     points: Float32Array
     residual: Float32Array
+    is_inner: Mask
     noise: float
 
 
@@ -156,4 +163,7 @@ def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (
     points = np.asarray(np.stack([ray_u, ray_v, np.ones_like(q)], axis=1) / q[:, None], dtype=np.float32)
     residual = np.sqrt(np.maximum(variance[rows, columns], np.float32(0)))
     noise = float(np.median(residual)) if len(rows) else 0.0
-    return SurfaceNormals(normals=normals, points=points, residual=residual, noise=noise)
+    grid = np.zeros((usable.shape[0] + 2, usable.shape[1], 3), dtype=np.float32)
+    grid[rows + 1, columns] = normals
+    is_inner = np.einsum("ij,ij->i", grid[rows, columns], grid[rows + 2, columns]) > np.cos(MAX_BEND)
+    return SurfaceNormals(normals=normals, points=points, residual=residual, is_inner=is_inner, noise=noise)

@@ -30,6 +30,9 @@ MAX_HOLE = 5
 PLANE_RESIDUAL = 0.0005
 """A plane that fits better than this, 1/m, is one however small the frame's noise is."""
 
+MIN_LEVEL_SHARE = 0.02
+"""Smallest share of level normals that can turn up."""
+
 FULL_TURN_SHARE = 0.2
 """Share of level normals that may turn up by all that is allowed: a few narrow treads may all lean."""
 
@@ -55,7 +58,7 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
 
     Each normal within 15 degrees of up pulls up towards itself, each normal within
     10 degrees of level pulls it to be perpendicular; least squares, three rounds with
-    tighter limits. Level surfaces need at least 3 % of the normals, or up stays as given.
+    tighter limits. Level surfaces need a share of the normals, or up stays as given.
 
     Parameters
     ----------
@@ -71,14 +74,16 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
     -------
     Up and its standard deviation: ``GIVEN_UP_STD`` where it stays as given.
     """
-    # Where a window straddles an edge, or a sensor rounds it, the plane fits badly and leans.
-    normals = surfaces.normals[surfaces.residual <= max(MAX_RESIDUAL * surfaces.noise, PLANE_RESIDUAL)]
+    # Where a window straddles an edge, or a sensor rounds it, the plane fits badly and leans. A sensor that
+    # smooths makes slopes of narrow treads that fit well, but between neighbours that are not parallel.
+    is_plane = surfaces.residual <= max(MAX_RESIDUAL * surfaces.noise, PLANE_RESIDUAL)
+    normals, is_inner = surfaces.normals[is_plane], surfaces.is_inner[is_plane]
     corrected = up
     for level_limit, upright_limit in ((15.0, 10.0), (9.0, 8.0), (5.0, 6.0)):
         along = normals @ corrected.astype(np.float32)
-        level = along < -np.cos(np.radians(level_limit))
+        level = is_inner & (along < -np.cos(np.radians(level_limit)))
         upright = np.abs(along) < np.sin(np.radians(upright_limit))
-        if np.count_nonzero(level) < max(0.03 * len(normals), 10):
+        if np.count_nonzero(level) < max(MIN_LEVEL_SHARE * len(normals), 10):
             return CorrectedUp(up, GIVEN_UP_STD)
         # Minimise |u + n|^2 over level normals and (u·n)^2 over upright ones.
         level_sum = -normals[level].sum(axis=0, dtype=np.float64)

@@ -32,7 +32,7 @@ AGREEMENT = 0.010
 MAX_PRECISE_STD = 0.0055
 """Standard deviation of an observation's own rise up to which it can confirm a flight, m."""
 
-MIN_STEP_SHARE, MIN_NEXT_SHARE = 0.08, 0.2
+MIN_STEP_SHARE, MIN_NEXT_SHARE = 0.08, 0.15
 """A step counts when it was seen in this share of the observations of the best-seen step, at least twice;
 above that, where fewer and fewer frames reach from below, in the second share of those of the step under it.
 """
