@@ -11,7 +11,7 @@ from stairmap.detection.stair_pixels import Membership, StairPixels
 RAKE_PRIOR = np.radians(5.0)
 """Standard deviation of the lean of risers, rad: 25 mm over a rise, with which codes end, is 8 degrees."""
 
-SLOPE_PRIOR, NO_SLOPE = np.radians(1.5), np.radians(0.2)
+SLOPE_PRIOR, NO_SLOPE = np.radians(3.0), np.radians(0.2)
 """Standard deviations of how far treads climb from their nosing, rad: they drain with 1 to 2 %, and
 smoothing adds to it; and where they seem to fall."""
 
