@@ -18,6 +18,9 @@ smoothing adds to it; and where they seem to fall."""
 MIN_SLOPE = np.radians(0.6)
 """Treads that climb by less are taken for level, rad."""
 
+MIN_VIEW_SLOPE = 1e-3
+"""Flattest view of a tread: it lies below the camera."""
+
 EDGE_SHIFT = 3.0
 """Standard deviation of how far a sensor moves the edges of near surfaces outward, working pixels."""
 
@@ -33,7 +36,10 @@ def fit_rotation(
     row_step: int,
     up_std: float,
     *,
-    ascends: bool,
+    distance: float,
+    height: float,
+    run: float,
+    rise: float,
 ) -> tuple[float, float, float, Float64Array]:
     """Small angles (tilt, roll, turn) that make treads level and risers square, and their covariance.
 
@@ -52,12 +58,17 @@ def fit_rotation(
             values[chosen].astype(np.float64) for values in (pixels.forward, pixels.height, pixels.left)
         )
         index = members.index[chosen]
-        spread = noise * s**2 * (np.abs(z) / np.maximum(s, 0.1) if sign > 0 else 1.0)
+        slope = z / np.maximum(s, 0.1)
+        lattice_s, lattice_z = distance + index * run, height + index * rise
+        value = z - lattice_z if sign > 0 else s - lattice_s
+        # Where the ray meets the surface, not where it was measured: noise moves both along the ray.
+        reached = lattice_z / np.minimum(slope, -MIN_VIEW_SLOPE) if sign > 0 else lattice_s
+        along = reached if sign > 0 else slope * lattice_s
+        spread = noise * reached**2 * (np.abs(slope) if sign > 0 else 1.0)
         weight = row_step / PIXELS_PER_SAMPLE / (spread**2 + 0.003**2)
-        s, z, t = (_centered(values, weight, index, num_nosings) for values in (s, z, t))
-        value, slope = (z, s) if sign > 0 else (s, z)
-        design = np.zeros((5, len(s)))
-        design[0] = design[4 if sign > 0 else 3] = sign * slope
+        value, along, t = (_centered(values, weight, index, num_nosings) for values in (value, along, t))
+        design = np.zeros((5, len(t)))
+        design[0] = design[4 if sign > 0 else 3] = sign * along
         design[1 if sign > 0 else 2] = t
         information += (design * weight) @ design.T
         gradient += (design * weight) @ value
@@ -66,7 +77,7 @@ def fit_rotation(
         covariance = np.linalg.inv(information + np.diag(1.0 / priors**2))
         tilt, roll, turn, _, tread_slope = -covariance @ gradient
         # The design adds the slope to the tilt, so a tread that climbs has a negative one.
-        if (tread_slope if ascends else -tread_slope) < -MIN_SLOPE:
+        if (tread_slope if run > 0 else -tread_slope) < -MIN_SLOPE:
             break
     return float(tilt), float(roll), float(turn), np.asarray(covariance[:3, :3], dtype=np.float64)
 

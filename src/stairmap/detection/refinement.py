@@ -148,7 +148,16 @@ def refine_lattice(
         if np.count_nonzero(members.tread | members.riser) * row_step < 3 * MIN_SURFACE_PIXELS:
             return None
         tilt, roll, turn, rotation_covariance = fit_rotation(
-            pixels, members.from_step(first_fitted), noise, num_nosings, row_step, up_std, ascends=run > 0
+            pixels,
+            members.from_step(first_fitted),
+            noise,
+            num_nosings,
+            row_step,
+            up_std,
+            distance=distance,
+            height=height,
+            run=run,
+            rise=rise,
         )
         left = cross(up, forward)
         new_up = normalized(up + tilt * forward + roll * left)

@@ -6,9 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.arrays import Float32Array, IntArray, Mask, Vector
+from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.geometry import cross
+
+STRAIGHT_DOWN = -100.0
+"""Slope under which nothing is seen."""
+
+BAND_MARGIN = 0.15
+"""Share of a riser or tread that is left out at its nosing and at its inner corner."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,9 +129,9 @@ def find_members(
 ) -> Membership:
     """Assign pixels to the treads and risers of a lattice.
 
-    A pixel belongs to the surface that its ray reaches with the smaller correction of its
-    distance. Near nosings and inner corners, where a wrong choice would bias the fit, it belongs
-    to neither.
+    A pixel belongs to the surface that its ray meets first, if it lies near it. Which one that is does
+    not depend on the measured depth, so noise and a sensor's smoothing do not choose pixels that err one
+    way. Near nosings, inner corners and where another step begins to hide it, a pixel belongs to none.
 
     Parameters
     ----------
@@ -144,35 +150,74 @@ def find_members(
     x = (pixels.forward - np.float32(distance)) / np.float32(run)
     y = (pixels.height - np.float32(height)) / np.float32(rise)
     spread = np.float32(noise) * pixels.forward**2
-    tread_index = np.floor(x)
-    riser_index = np.ceil(y)
-    tread_error = np.abs(y - tread_index) * np.float32(rise)
-    riser_error = np.abs(x - riser_index) * np.float32(abs(run))
-    slope = np.abs(pixels.height) / np.maximum(pixels.forward, np.float32(0.1))
-    prefer_tread = tread_error < riser_error * np.maximum(slope, np.float32(0.05))
-    margin_x = np.minimum(0.10 + spread / np.float32(abs(run)), 0.3)
-    margin_y = np.minimum(0.10 + slope * spread / np.float32(rise), 0.3)
-    tread_phase, riser_phase = x - tread_index, riser_index - y
+    slope = pixels.height / np.maximum(pixels.forward, np.float32(0.1))
+    find_bands = _ascending_bands if run > 0 else _descending_bands
+    bands = find_bands(distance, height, run, rise, num_nosings, slab_thickness)
+    # Bands stand in the order of their slopes; those that are hidden are empty.
+    place = np.searchsorted(bands[:, 0], slope, side="right") - 1
+    low, high, is_tread_band, band_index = bands[np.maximum(place, 0)].T
+    on_band = (place >= 0) & (slope > low) & (slope < high)
+    index = band_index.astype(np.int64)
+    tread = on_band & (is_tread_band > 0)
+    riser = on_band & (is_tread_band == 0)
+    tread_error = np.abs(y - band_index.astype(np.float32)) * np.float32(rise)
+    riser_error = np.abs(x - band_index.astype(np.float32)) * np.float32(abs(run))
+    tread &= tread_error < np.minimum(0.012 + 3.0 * np.abs(slope) * spread, 0.3 * rise)
     if slab_thickness is None:
-        is_on_height = np.abs(riser_phase - 0.5) < 0.5 - margin_y
-    else:
-        is_on_height = riser_phase < slab_thickness / rise
-    tread = (
-        prefer_tread
-        & (tread_error < np.minimum(0.012 + 3.0 * slope * spread, 0.3 * rise))
-        & (np.abs(tread_phase - 0.5) < 0.5 - margin_x)
-        & (tread_index >= 0)
-        & (tread_index < num_nosings)
-    )
-    riser = (
-        ~prefer_tread
-        & (riser_error < np.minimum(0.015 + 3.0 * spread, 0.3 * abs(run)))
-        & is_on_height
-        & (riser_index >= 0)
-        & (riser_index < num_nosings)
-    )
-    depth_inside = np.minimum((tread_index - y) * rise, (x - riser_index) * abs(run))
+        # A floor's pixels at a riser's distance lie on no riser.
+        riser &= np.abs(band_index.astype(np.float32) - y - 0.5) < 0.5 - BAND_MARGIN
+    riser &= riser_error < np.minimum(0.015 + 3.0 * spread, 0.3 * abs(run))
+    riser_index = np.ceil(y)
+    depth_inside = np.minimum((np.floor(x) - y) * rise, (x - riser_index) * abs(run))
     within = (x > 0) & (y < num_nosings - 1)
     inside = within & ~tread & ~riser & (depth_inside > 0.03 + 3.0 * np.minimum(spread, 0.05))
-    index = np.where(tread, tread_index, riser_index).astype(np.int64)
+    index = np.where(tread | riser, index, riser_index.astype(np.int64))
     return Membership(tread=tread, riser=riser, index=index, inside=inside)
+
+
+def _nosing_slopes(distance: Float64Array, height: Float64Array) -> Float64Array:
+    """Slopes of the lines of sight to nosings in the order in which they are seen from below; those beside or
+    behind the camera lie straight down."""
+    slope = np.where(distance > 0.1, height / np.maximum(distance, 0.1), STRAIGHT_DOWN)
+    return np.asarray(np.maximum.accumulate(slope))
+
+
+def _ascending_bands(
+    distance: float, height: float, run: float, rise: float, num_nosings: int, slab_thickness: float | None
+) -> Float64Array:
+    """Slopes under which stairs that ascend show their surfaces.
+
+    Returns
+    -------
+    (2 * num_nosings, 4) lowest and highest slope z/s of each riser and tread from below, whether it is a
+    tread, and the index of its nosing; ``BAND_MARGIN`` is left out at either end.
+    """
+    index = np.arange(-1, num_nosings + 1)
+    s, z = np.maximum(distance + index * run, 0.1), height + index * rise
+    nosing = _nosing_slopes(distance + index * run, z)
+    # A tread shows from its nosing to the foot of the next riser, if that is not hidden behind it.
+    foot = np.maximum(nosing[:-1], z[:-1] / s[1:])
+    riser_margin = BAND_MARGIN * rise / s[1:-1]
+    tread_margin = BAND_MARGIN * np.abs(z[1:-1]) * run / (s[1:-1] * s[2:])
+    risers = [foot[:-1] + riser_margin, nosing[1:-1] - riser_margin]
+    if slab_thickness is not None:
+        risers = [nosing[1:-1] - slab_thickness / s[1:-1], nosing[1:-1]]
+    treads = [nosing[1:-1] + tread_margin, foot[1:] - tread_margin]
+    bands = np.empty((2 * num_nosings, 4))
+    bands[0::2] = np.stack([*risers, np.zeros(num_nosings), index[1:-1]], axis=1)
+    bands[1::2] = np.stack([*treads, np.ones(num_nosings), index[1:-1]], axis=1)
+    bands[:, 0] = np.maximum.accumulate(bands[:, 0])
+    return bands
+
+
+def _descending_bands(
+    distance: float, height: float, run: float, rise: float, num_nosings: int, slab_thickness: float | None
+) -> Float64Array:
+    """The same of stairs that descend, whose risers face away: (num_nosings, 4), the nearest tread first."""
+    del slab_thickness
+    index = np.arange(num_nosings, -1, -1)
+    nosing = _nosing_slopes(distance + index * run, height + index * rise)
+    # Of each tread shows what the nosing above and before it leaves.
+    margin = BAND_MARGIN * np.diff(nosing)
+    tread = np.ones(num_nosings)
+    return np.stack([nosing[:-1] + margin, nosing[1:] - margin, tread, index[1:]], axis=1)

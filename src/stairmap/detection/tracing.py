@@ -11,6 +11,7 @@ from stairmap.arrays import Float64Array, Mask
 from stairmap.camera import PinholeCamera
 from stairmap.detection.candidates import Candidate
 from stairmap.detection.inverse_depth import InverseDepthImage
+from stairmap.detection.ledges import MAX_THICKNESS
 from stairmap.detection.observation import DetectionTrace, StairObservation
 from stairmap.detection.stair_pixels import find_members, gather_pixels
 from stairmap.frame import DepthFrame
@@ -84,6 +85,7 @@ def _paint(treads: Mask, risers: Mask, image: InverseDepthImage, candidate: Cand
         rise=refined.rise,
         noise=refined.noise,
         num_nosings=len(refined.nosings.num_tread_pixels),
+        slab_thickness=MAX_THICKNESS if refined.is_open else None,
     )
     for mask, chosen in ((treads, members.tread), (risers, members.riser)):
         small = np.zeros(image.valid.shape, dtype=bool)
