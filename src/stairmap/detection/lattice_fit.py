@@ -63,7 +63,7 @@ def fit_rotation(
         value = z - lattice_z if sign > 0 else s - lattice_s
         # Where the ray meets the surface, not where it was measured: noise moves both along the ray.
         reached = lattice_z / np.minimum(slope, -MIN_VIEW_SLOPE) if sign > 0 else lattice_s
-        along = reached if sign > 0 else slope * lattice_s
+        along = np.asarray(reached if sign > 0 else slope * lattice_s, dtype=np.float64)
         spread = noise * reached**2 * (np.abs(slope) if sign > 0 else 1.0)
         weight = row_step / PIXELS_PER_SAMPLE / (spread**2 + 0.003**2)
         value, along, t = (_centered(values, weight, index, num_nosings) for values in (value, along, t))

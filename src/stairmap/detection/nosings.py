@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask, Points
-from stairmap.detection.stair_pixels import Membership, StairPixels
+from stairmap.detection.stair_pixels import Membership, StairPixels, shown_riser_heights
 
 PIXELS_PER_SAMPLE = 12.0
 """Neighbouring pixels err together: so many count as one independent sample."""
@@ -27,7 +27,12 @@ CLEAN_TREAD_ROWS = 5.0
 its share grows with the square."""
 
 MIN_UPRIGHTNESS = 0.6
-"""Least spread in height of a riser's pixels against their spread in depth beyond the noise."""
+"""Least spread in height of a riser's pixels against their spread in depth beyond the noise, for its distance
+to be used."""
+
+MIN_SHOWN = 0.45
+"""Share of a riser's height that must show, less the margins, for its distance to be used: of the others too
+much is what a sensor makes of the edge before them."""
 
 MIN_TREAD_ROWS = 2.0
 """A tread below the camera seen over fewer rows than this is not measured at all."""
@@ -139,9 +144,18 @@ def measure_nosings(
         others_std = np.hypot(others_std, row_spacing / np.sqrt(12.0))
         is_new = np.isnan(end_s)
         end_s[is_new], end_s_std[is_new] = others[is_new], others_std[is_new]
-    # What lies in front of a slab's front or looks like it, a floor, has no upper end there.
-    is_none = np.isnan(end_z) if is_open else ~_is_upright(pixels, members, spread, num_nosings)
-    riser_s[is_none], num_riser = np.nan, np.where(is_none, 0, num_riser)
+    if is_open:
+        # What lies in front of a slab's front or looks like it, a floor, has no upper end there.
+        is_none = np.isnan(end_z)
+        riser_s[is_none], num_riser = np.nan, np.where(is_none, 0, num_riser)
+    else:
+        is_upright = _is_upright(pixels, members, spread, num_nosings)
+        # Above the camera too few rows may be left to tell a riser from a slope; below it this is a floor.
+        num_riser = np.where(is_upright | (lattice_z > rise), num_riser, 0)
+        if run > 0:
+            shown = shown_riser_heights(distance, height, run, rise, num_nosings)
+            is_upright &= shown > MIN_SHOWN * rise
+        riser_s[~is_upright] = np.nan
     is_crease = np.isfinite(tread_z) & np.isfinite(riser_s)
     return MeasuredNosings(
         distance=np.where(np.isfinite(riser_s), riser_s, end_s),

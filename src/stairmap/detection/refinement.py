@@ -35,7 +35,7 @@ MIN_STEP_ROWS = 4
 """Rows of the farthest riser, or of the farthest tread of stairs that descend, that are kept however many
 pixels there are."""
 
-STEPS_ASCENDING, STEPS_DESCENDING = (1, 5), (6, 2)
+STEPS_ASCENDING, STEPS_DESCENDING = (1, 8), (6, 2)
 """Steps below and above those found that are tried, where stairs ascend and descend: far up, few rows of each
 riser are left, and far down of each tread, and too few for the search."""
 

@@ -27,7 +27,7 @@ MAX_OCCLUDED, MIN_CLEARANCE = 0.4, 0.12
 """Largest share of rays that end at something in front of the stairs, and how far above the nosing line, m,
 that must be."""
 
-MAX_LEDGE_PHASE = 0.3
+MAX_LEDGE_PHASE = 0.35
 """Where half of the riser pixels lie within this share of a rise below the nosings, they are the fronts of
 slabs, and the risers are open."""
 

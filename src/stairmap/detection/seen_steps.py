@@ -7,10 +7,11 @@ import numpy as np
 from stairmap.arrays import IntArray, Mask
 from stairmap.detection.edge_lines import StepExtents
 from stairmap.detection.refinement import RefinedLattice
+from stairmap.detection.stair_pixels import shown_riser_heights
 
-MAX_ABOVE = 0.5
-"""A riser with more than this share of its pixels again between 0.2 and 0.8 of a rise above its nosing is a
-wall."""
+MAX_ABOVE = 0.6
+"""A riser with more than this share of the pixels that a wall would have between 0.2 and 0.8 of a rise above
+its nosing is one."""
 
 SIDE_MARGIN = 0.05
 """How far inside a step's ends it is looked what goes on before it, m."""
@@ -110,4 +111,9 @@ def _goes_on_above(lattice: RefinedLattice) -> Mask:
     above = (index >= 0) & (index < num_nosings) & near & (y - index > 0.2) & (y - index < 0.8)
     num_above = np.bincount(index[above], minlength=num_nosings) * lattice.row_step
     num_riser = lattice.nosings.num_riser_pixels
-    return np.asarray((num_riser > 0) & (num_above > MAX_ABOVE * num_riser))
+    if lattice.run < 0:
+        return np.zeros(num_nosings, dtype=bool)
+    shown = shown_riser_heights(lattice.distance, lattice.height, lattice.run, lattice.rise, num_nosings)
+    # As many pixels in each millimetre of height above the nosing as below it make a wall.
+    of_a_wall = num_riser * (0.8 - 0.2) * lattice.rise / np.maximum(shown, 0.05 * lattice.rise)
+    return np.asarray((num_riser > 0) & (num_above > MAX_ABOVE * of_a_wall))

@@ -14,7 +14,7 @@ STRAIGHT_DOWN = -100.0
 """Slope under which nothing is seen."""
 
 BAND_MARGIN = 0.15
-"""Share of a riser or tread that is left out at its nosing and at its inner corner."""
+"""Share of what shows of a riser or tread that is left out at either end of it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -182,6 +182,16 @@ def _nosing_slopes(distance: Float64Array, height: Float64Array) -> Float64Array
     return np.asarray(np.maximum.accumulate(slope))
 
 
+def shown_riser_heights(
+    distance: float, height: float, run: float, rise: float, num_nosings: int
+) -> Float64Array:
+    """(num_nosings,) how much of the height of each riser of ascending stairs has pixels, m: what the step
+    below it does not hide, less the margins."""
+    risers = _ascending_bands(distance, height, run, rise, num_nosings, None)[0::2]
+    s = np.maximum(distance + np.arange(num_nosings) * run, 0.1)
+    return np.asarray(np.maximum(risers[:, 1] - risers[:, 0], 0.0) * s)
+
+
 def _ascending_bands(
     distance: float, height: float, run: float, rise: float, num_nosings: int, slab_thickness: float | None
 ) -> Float64Array:
@@ -192,13 +202,14 @@ def _ascending_bands(
     (2 * num_nosings, 4) lowest and highest slope z/s of each riser and tread from below, whether it is a
     tread, and the index of its nosing; ``BAND_MARGIN`` is left out at either end.
     """
-    index = np.arange(-1, num_nosings + 1)
-    s, z = np.maximum(distance + index * run, 0.1), height + index * rise
-    nosing = _nosing_slopes(distance + index * run, z)
+    index = np.arange(-1.0, num_nosings + 1)
+    s, z = distance + index * run, height + index * rise
+    nosing = _nosing_slopes(s, z)
+    s = np.maximum(s, 0.1)
     # A tread shows from its nosing to the foot of the next riser, if that is not hidden behind it.
     foot = np.maximum(nosing[:-1], z[:-1] / s[1:])
-    riser_margin = BAND_MARGIN * rise / s[1:-1]
-    tread_margin = BAND_MARGIN * np.abs(z[1:-1]) * run / (s[1:-1] * s[2:])
+    riser_margin = BAND_MARGIN * (nosing[1:-1] - foot[:-1])
+    tread_margin = BAND_MARGIN * (foot[1:] - nosing[1:-1])
     risers = [foot[:-1] + riser_margin, nosing[1:-1] - riser_margin]
     if slab_thickness is not None:
         risers = [nosing[1:-1] - slab_thickness / s[1:-1], nosing[1:-1]]
@@ -215,7 +226,7 @@ def _descending_bands(
 ) -> Float64Array:
     """The same of stairs that descend, whose risers face away: (num_nosings, 4), the nearest tread first."""
     del slab_thickness
-    index = np.arange(num_nosings, -1, -1)
+    index = np.arange(num_nosings, -1.0, -1.0)
     nosing = _nosing_slopes(distance + index * run, height + index * rise)
     # Of each tread shows what the nosing above and before it leaves.
     margin = BAND_MARGIN * np.diff(nosing)
