@@ -27,6 +27,9 @@ EDGE_SHIFT = 3.0
 STEP_IRREGULARITY = 0.004
 """Standard deviation of a step's nosing about the lattice, m (FACTS.md section 2: up to 11-19 mm)."""
 
+FLOOR_IRREGULARITY = 0.008
+"""The same of the floor before the first step, m: its finish makes the first riser the least regular one."""
+
 
 def fit_rotation(
     pixels: StairPixels,
@@ -89,12 +92,19 @@ def _centered(values: Float64Array, weight: Float64Array, index: IntArray, num_g
 
 
 def fit_lattice(
-    nosings: MeasuredNosings, distance: float, run: float, pixel_size: float, *, first: int = 0
+    nosings: MeasuredNosings,
+    distance: float,
+    run: float,
+    pixel_size: float,
+    *,
+    first: int = 0,
+    lowest: int = 0,
 ) -> tuple[float, float, float, float, Float64Array, Float64Array] | None:
     """Robust weighted lines through the nosings' distances and heights over their index.
 
     Where a height is read off an edge of the image, a sensor that fattens edges raises all of them
-    by one angle: it is fitted along, within ``EDGE_SHIFT`` of zero. Nosings below ``first`` are left out.
+    by one angle: it is fitted along, within ``EDGE_SHIFT`` of zero. Nosings below ``first`` are left out,
+    and what lies below ``lowest`` may be a floor.
 
     Returns
     -------
@@ -114,7 +124,8 @@ def fit_lattice(
             return None
         shift = np.where(is_end[known], np.maximum(distance + known * run, 0.1) * pixel_size, 0.0)
         design = np.stack([np.ones(len(known)), known.astype(np.float64), shift], axis=1)
-        variance = std[known] ** 2 + STEP_IRREGULARITY**2
+        irregularity = np.where(known < lowest, FLOOR_IRREGULARITY, STEP_IRREGULARITY)
+        variance = std[known] ** 2 + irregularity**2
         weight = 1.0 / variance
         prior = np.diag([0.0, 0.0, 1.0 / EDGE_SHIFT**2])
         # A step that stands out by more than two sigma pulls no harder than one at two (Huber).

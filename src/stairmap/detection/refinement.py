@@ -194,7 +194,14 @@ def refine_lattice(
             pixel_size=1.0 / image.camera.fy,
             is_open=is_open,
         )
-        fit = fit_lattice(nosings, distance, run, 1.0 / image.camera.fy, first=first_fitted)
+        fit = fit_lattice(
+            nosings,
+            distance,
+            run,
+            1.0 / image.camera.fy,
+            first=first_fitted,
+            lowest=num_below if run > 0 else 0,
+        )
         if fit is None:
             return None
         distance, height, run, rise, covariance, rise_information = fit

@@ -29,7 +29,7 @@ asked for: drift moves all frames of a moment alike, so they scatter less than t
 AGREEMENT = 0.010
 """How far the rise and run of an observation may lie from the flight's beyond three sigma, m."""
 
-MAX_PRECISE_STD = 0.0055
+MAX_PRECISE_STD = 0.0065
 """Standard deviation of an observation's own rise up to which it can confirm a flight, m."""
 
 MIN_STEP_SHARE, MIN_NEXT_SHARE = 0.08, 0.15
