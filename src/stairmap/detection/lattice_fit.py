@@ -62,12 +62,16 @@ def fit_rotation(
         )
         index = members.index[chosen]
         slope = z / np.maximum(s, 0.1)
-        lattice_s, lattice_z = distance + index * run, height + index * rise
-        value = z - lattice_z if sign > 0 else s - lattice_s
+        lattice_s: Float64Array = distance + index * run
+        lattice_z: Float64Array = height + index * rise
         # Where the ray meets the surface, not where it was measured: noise moves both along the ray.
-        reached = lattice_z / np.minimum(slope, -MIN_VIEW_SLOPE) if sign > 0 else lattice_s
-        along = np.asarray(reached if sign > 0 else slope * lattice_s, dtype=np.float64)
-        spread = noise * reached**2 * (np.abs(slope) if sign > 0 else 1.0)
+        if sign > 0:
+            reached = lattice_z / np.minimum(slope, -MIN_VIEW_SLOPE)
+            value, along = z - lattice_z, reached
+            spread: Float64Array = noise * reached**2 * np.abs(slope)
+        else:
+            value, along = s - lattice_s, slope * lattice_s
+            spread = noise * lattice_s**2
         weight = row_step / PIXELS_PER_SAMPLE / (spread**2 + 0.003**2)
         value, along, t = (_centered(values, weight, index, num_nosings) for values in (value, along, t))
         design = np.zeros((5, len(t)))
