@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from stairmap.arrays import Float64Array, Points, Transform, Vector
 from stairmap.geometry import (
     angle_between,
+    cross,
     fit_plane,
     fit_plane_ransac,
     normalized,
@@ -35,6 +36,11 @@ def test_direction_without_finite_length_is_refused(vector: list[float]) -> None
 
 def test_normalized_keeps_the_direction() -> None:
     np.testing.assert_allclose(normalized([3.0, 0.0, -4.0]), [0.6, 0.0, -0.8])
+
+
+@given(directions(), directions())
+def test_cross_is_the_cross_product(first: Vector, second: Vector) -> None:
+    np.testing.assert_allclose(cross(first, second), np.cross(first, second), atol=1e-15)
 
 
 def test_tiny_angles_are_not_rounded_to_zero() -> None:

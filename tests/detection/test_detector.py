@@ -284,3 +284,14 @@ def test_three_bars_are_no_stairs() -> None:
     detection = detect(slab_frame(3))
     assert not detection.observations
     assert "min_steps: 3, limit 4" in {str(rejection) for rejection in detection.rejections}
+
+
+def test_holes_in_the_floor_do_not_hide_slabs() -> None:
+    frame = slab_frame(5)
+    depth = frame.depth.copy()
+    rows = np.arange(len(depth))[:, None]
+    is_far_floor = (rows > 0.55 * len(depth)) & (rows < 0.75 * len(depth))
+    depth[is_far_floor & (np.random.default_rng(0).random(depth.shape) < 0.4)] = np.nan
+    observation = the_observation(detect(replace(frame, depth=depth)))
+    assert (observation.rise, observation.run) == pytest.approx((0.2, 0.23), abs=0.003)
+    assert observation.num_steps == 5

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 import pytest
 
@@ -79,6 +82,22 @@ def test_correct_up_leaves_a_right_up_alone() -> None:
     assert (
         degrees_between(correct_up(surfaces_of(CORRIDOR, pose=pose), up, max_correction=LIMIT).up, up) < 0.1
     )
+
+
+@pytest.mark.parametrize("distance", [0.6, 0.9, 1.3])
+def test_treads_that_a_sensor_smoothed_tilt_up_by_little(distance: float) -> None:
+    stairs = AnalyticStairs(rise=0.17, run=0.28, width=1.2, num_risers=8)
+    pose = pose_looking((-distance, 0.0, 1.4), yaw=0.0, down=np.radians(30))
+    frame = frame_of([stairs_solid(stairs), make_wall((2.4, -3), (2.4, 3), 0.0, 4.0)], pose)
+    depth = 1 / cv2.GaussianBlur(1 / np.nan_to_num(frame.depth, nan=9.0), (0, 0), 2.5)
+    noise = cv2.GaussianBlur(np.random.default_rng(0).standard_normal(depth.shape), (0, 0), 6)
+    surfaces = fit_surface_normals(image_of(replace(frame, depth=depth + 0.06 * noise)))
+    up = pose[2, :3]
+    error = degrees_between(correct_up(surfaces, up, max_correction=LIMIT).up, up)
+    assert error < 0.15
+    # Taken for inner ones, the windows at nosings and inner corners tilt it more.
+    everything = replace(surfaces, is_inner=np.ones_like(surfaces.is_inner))
+    assert degrees_between(correct_up(everything, up, max_correction=LIMIT).up, up) > error + 0.1
 
 
 def test_correct_up_makes_no_turn_beyond_its_limit() -> None:

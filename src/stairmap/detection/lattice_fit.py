@@ -62,13 +62,13 @@ def fit_rotation(
         )
         index = members.index[chosen]
         slope = z / np.maximum(s, 0.1)
-        lattice_s: Float64Array = distance + index * run
-        lattice_z: Float64Array = height + index * rise
+        lattice_s = np.asarray(distance + index * run, dtype=np.float64)
+        lattice_z = np.asarray(height + index * rise, dtype=np.float64)
         # Where the ray meets the surface, not where it was measured: noise moves both along the ray.
         if sign > 0:
             reached = lattice_z / np.minimum(slope, -MIN_VIEW_SLOPE)
             value, along = z - lattice_z, reached
-            spread: Float64Array = noise * reached**2 * np.abs(slope)
+            spread = noise * reached**2 * np.abs(slope)
         else:
             value, along = s - lattice_s, slope * lattice_s
             spread = noise * lattice_s**2
