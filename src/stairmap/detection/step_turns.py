@@ -60,8 +60,9 @@ def measure_turns(lattice: RefinedLattice, extents: StepExtents) -> tuple[Float6
 def find_turned(lattice: RefinedLattice, extents: StepExtents) -> tuple[Mask, float]:
     """Tell which steps are turned against the others.
 
-    A step is, when its own angle says so; all are, when the angles of those that are left grow
-    from step to step, as a spiral's do, though each alone is lost in the noise.
+    A step is, when its own angle says so; all are, when the angles grow from step to step, as those of
+    winders and spirals do: clearly over two steps on end, or over all that are left, though each alone is
+    lost in the noise.
 
     Returns
     -------
@@ -70,6 +71,9 @@ def find_turned(lattice: RefinedLattice, extents: StepExtents) -> tuple[Mask, fl
     turn, std = measure_turns(lattice, extents)
     with np.errstate(invalid="ignore"):
         turned = np.abs(turn) > MAX_TURN + 2.0 * std
+    if _winds(turn, std):
+        turned[:] = True
+        return turned, float(np.nanmax(np.abs(turn)))
     kept = np.flatnonzero(np.isfinite(turn) & ~turned & (std < MAX_TURN_STD))
     if len(kept) >= 2:
         weight = 1.0 / (std[kept] + MIN_TURN_STD) ** 2
@@ -80,3 +84,15 @@ def find_turned(lattice: RefinedLattice, extents: StepExtents) -> tuple[Mask, fl
             turned[:] = True
             return turned, float(np.abs(turn[kept]).max())
     return np.asarray(turned), float(np.abs(turn[turned]).max()) if turned.any() else 0.0
+
+
+def _winds(turn: Float64Array, std: Float64Array) -> bool:
+    """Whether the angle grows twice on end in one direction by more than ``MAX_GROWTH`` beyond its noise.
+
+    A wall behind the stairs is turned against one step only, and a bag on a step turns it there and back.
+    """
+    growth = np.diff(turn)
+    limit = MAX_GROWTH + 2.0 * np.hypot(std[1:], std[:-1])
+    with np.errstate(invalid="ignore"):
+        direction = np.where(np.abs(growth) > limit, np.sign(growth), 0.0)
+    return bool((direction[1:] * direction[:-1] > 0).any())
