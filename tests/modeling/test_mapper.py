@@ -274,6 +274,17 @@ def test_sides_that_no_frame_saw_are_not_bounded() -> None:
     assert flight.width == pytest.approx(1.2, abs=0.005)
 
 
+def test_later_observations_that_disagree_withdraw_a_stairway() -> None:
+    mapper = mapper_of(observe_all(FLIGHT, POSES[:5]))
+    assert len(mapper.stairways(trajectory_of(POSES))) == 1
+    for place, pose in enumerate(POSES[5:], start=5):
+        # As views of a spiral do: each sees other steps, none those of the one before.
+        error = 0.020 if place % 2 else -0.020
+        seen = observe(FLIGHT, pose, place * 100 * MS)
+        mapper.add(replace(seen, rise=seen.rise + error, run=seen.run - error))
+    assert mapper.stairways(trajectory_of(POSES)) == ()
+
+
 # Trajectories that change
 
 
