@@ -295,3 +295,22 @@ def test_holes_in_the_floor_do_not_hide_slabs() -> None:
     observation = the_observation(detect(replace(frame, depth=depth)))
     assert (observation.rise, observation.run) == pytest.approx((0.2, 0.23), abs=0.003)
     assert observation.num_steps == 5
+
+
+@pytest.mark.parametrize("off_deg", [10.0, 20.0])
+def test_an_up_that_is_too_far_off_is_said(off_deg: float) -> None:
+    frame = frame_of([room()], pose_looking((-2.0, 0.0, 0.6), yaw=0.3, down=np.radians(20)))
+    sine, cosine = np.sin(np.radians(off_deg)), np.cos(np.radians(off_deg))
+    tilted = np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]]) @ frame.up
+    rejection = detect(replace(frame, up=tilted)).rejections[0]
+    assert rejection.rule == "max_up_error"
+    assert rejection.measured == pytest.approx(off_deg, abs=1.0)
+    assert (rejection.limit, rejection.unit) == (pytest.approx(6.0), "deg")
+
+
+@pytest.mark.parametrize("off_deg", [0.0, 4.0])
+def test_of_an_up_that_can_be_corrected_nothing_is_said(off_deg: float) -> None:
+    frame = frame_of([room()], pose_looking((-2.0, 0.0, 0.6), yaw=0.3, down=np.radians(20)))
+    sine, cosine = np.sin(np.radians(off_deg)), np.cos(np.radians(off_deg))
+    tilted = np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]]) @ frame.up
+    assert "max_up_error" not in {reason.rule for reason in detect(replace(frame, up=tilted)).rejections}

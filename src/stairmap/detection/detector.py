@@ -32,6 +32,7 @@ from stairmap.detection.orientation import (
     estimate_up,
     find_headings,
     find_line_headings,
+    find_up_error,
     level_axes,
 )
 from stairmap.detection.profile_segments import ProfileSegments, find_segments, label_cells
@@ -103,6 +104,27 @@ class StairEdgeDetector:
             return (Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1"),)
         limit = np.radians(self._config.detection.max_up_correction_deg)
         corrected = correct_up(surfaces, up, max_correction=limit)
+        rejections = self._find_by_up(image, surfaces, corrected, frame, candidates)
+        if any(candidate.observation for candidate in candidates) or frame.up is None:
+            return rejections
+        error = find_up_error(surfaces, frame.up, max_correction=limit)
+        if error is None:
+            return rejections
+        off = float(np.degrees(error))
+        return (
+            Rejection(rule="max_up_error", measured=off, limit=float(np.degrees(limit)), unit="deg"),
+            *rejections,
+        )
+
+    def _find_by_up(
+        self,
+        image: InverseDepthImage,
+        surfaces: SurfaceNormals,
+        corrected: CorrectedUp,
+        frame: DepthFrame,
+        candidates: list[Candidate],
+    ) -> tuple[Rejection, ...]:
+        """Look along all headings; return why there is no candidate that was accepted."""
         up = corrected.up
         headings = find_headings(surfaces, up, max_headings=MAX_HEADINGS)
         self._try_headings(image, surfaces, corrected, headings, frame, candidates)

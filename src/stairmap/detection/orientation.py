@@ -10,7 +10,7 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage, SurfaceNormals
-from stairmap.geometry import cross, normalized
+from stairmap.geometry import angle_between, cross, normalized
 
 MAX_PEAKS = 6
 """Peaks of the heading histogram that are looked at."""
@@ -44,6 +44,10 @@ LEVEL_FLOOR_STD = np.radians(0.1)
 
 LEVEL_NORMAL_STD, NORMALS_PER_SAMPLE = np.radians(1.5), 15.0
 """... and one independent normal of them, rad; so many normals count as one, for windows overlap."""
+
+
+LEVEL_LIMIT_DEG = 5.0
+"""Normals within this of an up count as level by it where two are compared, degrees."""
 
 
 class CorrectedUp(NamedTuple):
@@ -129,6 +133,36 @@ def estimate_up(surfaces: SurfaceNormals) -> Vector | None:
             return None
         up = -normalized(candidates[near].sum(axis=0, dtype=np.float64))
     return up
+
+
+def find_up_error(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -> float | None:
+    """How far a given up is from what the floor says, where that is too far to be corrected.
+
+    Parameters
+    ----------
+    surfaces
+        Normals of the frame.
+    up
+        (3,) unit vector, camera frame.
+    max_correction
+        Smaller errors than this, rad, are corrected and not worth a word.
+
+    Returns
+    -------
+    The angle, rad; ``None`` where no floor is seen, where it is near enough, or where as much of the frame
+    is level by the up that was given: then that is the floor, and the other one slopes.
+    """
+    floor_up = estimate_up(surfaces)
+    if floor_up is None:
+        return None
+    angle = angle_between(up, floor_up)
+    if angle <= max_correction:
+        return None
+    limit = -np.cos(np.radians(LEVEL_LIMIT_DEG))
+    num_level, num_floor = (
+        np.count_nonzero(surfaces.normals @ axis.astype(np.float32) < limit) for axis in (up, floor_up)
+    )
+    return angle if num_floor > 2 * num_level else None
 
 
 def level_axes(up: Vector) -> tuple[Vector, Vector]:
