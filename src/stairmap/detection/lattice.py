@@ -97,6 +97,30 @@ def group_nosings(nosings: Float64Array, *, num_strips: int, noise: float) -> No
     )
 
 
+def nearest_indices(
+    nosings: Float64Array, distance: float, height: float, run: float, rise: float, *, max_along: float
+) -> IntArray:
+    """Return which nosing of a lattice each of some points lies at.
+
+    Parameters
+    ----------
+    nosings
+        (N, 3) points of which s and z, m, are looked at.
+    distance, height, run, rise
+        The lattice, m.
+    max_along
+        How far from the nosing a point lies at most along s, in runs; along z it is 0.3 rises.
+
+    Returns
+    -------
+    (N,) indices; -1 for points at none, or before the first.
+    """
+    s, z = nosings[:, 0] - distance, nosings[:, 1] - height
+    index = np.rint((s * run + z * rise) / (run**2 + rise**2))
+    near = (np.abs(s - index * run) < max_along * abs(run)) & (np.abs(z - index * rise) < 0.3 * rise)
+    return np.where(near, np.maximum(index, -1), -1).astype(np.int64)
+
+
 def _connected(close: Mask) -> IntArray:
     """Number the connected components of a symmetric (N, N) relation; returns (N,).
 

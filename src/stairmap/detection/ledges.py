@@ -10,7 +10,7 @@ import numpy as np
 from stairmap.arrays import Float64Array, Points
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.jump_edges import MIN_JUMP
-from stairmap.detection.lattice import Lattice
+from stairmap.detection.lattice import Lattice, nearest_indices
 
 MAX_THICKNESS = 0.12
 """Thickest slab, m; what is thicker is a riser."""
@@ -84,12 +84,10 @@ def is_made_of_ledges(lattice: Lattice, ledges: Points, others: Points) -> bool:
     """
 
     def count(nosings: Points) -> int:
-        s, z = nosings[:, 0] - lattice.distance, nosings[:, 1] - lattice.height
-        index = np.rint((s * lattice.run + z * lattice.rise) / (lattice.run**2 + lattice.rise**2))
-        near = (np.abs(s - index * lattice.run) < 0.3 * abs(lattice.run)) & (
-            np.abs(z - index * lattice.rise) < 0.3 * lattice.rise
+        index = nearest_indices(
+            nosings, lattice.distance, lattice.height, lattice.run, lattice.rise, max_along=0.3
         )
-        near &= (index >= 0) & (index <= lattice.indices[-1]) & lattice.strips[nosings[:, 2].astype(np.int64)]
+        near = (index >= 0) & (index <= lattice.indices[-1]) & lattice.strips[nosings[:, 2].astype(np.int64)]
         return int(np.count_nonzero(near))
 
     return count(ledges) > MIN_LEDGE_SHARE * (count(ledges) + count(others))

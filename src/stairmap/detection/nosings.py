@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask, Points
+from stairmap.detection.lattice import nearest_indices
 from stairmap.detection.stair_pixels import Membership, StairPixels, shown_riser_heights
 
 PIXELS_PER_SAMPLE = 12.0
@@ -128,14 +129,14 @@ def measure_nosings(
     dilution = CLEAN_TREAD_ROWS / np.maximum(rows_of_tread, MIN_TREAD_ROWS)
     tread_std = np.hypot(tread_std, edge * np.where(dilution > 1.0, dilution**2, dilution))
 
-    owner = _owners(ends, distance, height, run, rise)
+    owner = nearest_indices(ends, distance, height, run, rise, max_along=0.2)
     owned = ends[owner >= 0]
     owner = owner[owner >= 0]
     pixel = pixel_size * np.maximum(lattice_s, 0.1)
     end_z, end_z_std = _end_medians(owned[:, 1], owner, num_nosings, pixel)
     end_s, end_s_std = _end_medians(owned[:, 0], owner, num_nosings, 2.0 * pixel)
     if len(tread_ends):
-        owner = _owners(tread_ends, distance, height, run, rise)
+        owner = nearest_indices(tread_ends, distance, height, run, rise, max_along=0.2)
         others, others_std = _end_medians(
             tread_ends[owner >= 0, 0], owner[owner >= 0], num_nosings, 2.0 * pixel
         )
@@ -168,14 +169,6 @@ def measure_nosings(
         height_is_end=~np.isfinite(tread_z),
         distance_is_end=~np.isfinite(riser_s),
     )
-
-
-def _owners(ends: Points, distance: float, height: float, run: float, rise: float) -> IntArray:
-    """(M,) index of the nosing that each end lies at; -1 where it lies at none."""
-    s, z = ends[:, 0] - distance, ends[:, 1] - height
-    owner = np.rint((s * run + z * rise) / (run**2 + rise**2))
-    near = (np.abs(s - owner * run) < 0.2 * abs(run)) & (np.abs(z - owner * rise) < 0.3 * rise)
-    return np.where(near, owner, -1).astype(np.int64)
 
 
 def _surface_means(

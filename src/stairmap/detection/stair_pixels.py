@@ -151,8 +151,10 @@ def find_members(
     y = (pixels.height - np.float32(height)) / np.float32(rise)
     spread = np.float32(noise) * pixels.forward**2
     slope = pixels.height / np.maximum(pixels.forward, np.float32(0.1))
-    find_bands = _ascending_bands if run > 0 else _descending_bands
-    bands = find_bands(distance, height, run, rise, num_nosings, slab_thickness)
+    if run > 0:
+        bands = _ascending_bands(distance, height, run, rise, num_nosings, slab_thickness)
+    else:
+        bands = _descending_bands(distance, height, run, rise, num_nosings)
     # Bands stand in the order of their slopes; those that are hidden are empty.
     place = np.searchsorted(bands[:, 0], slope, side="right") - 1
     low, high, is_tread_band, band_index = bands[np.maximum(place, 0)].T
@@ -222,10 +224,9 @@ def _ascending_bands(
 
 
 def _descending_bands(
-    distance: float, height: float, run: float, rise: float, num_nosings: int, slab_thickness: float | None
+    distance: float, height: float, run: float, rise: float, num_nosings: int
 ) -> Float64Array:
     """The same of stairs that descend, whose risers face away: (num_nosings, 4), the nearest tread first."""
-    del slab_thickness
     index = np.arange(num_nosings, -1.0, -1.0)
     nosing = _nosing_slopes(distance + index * run, height + index * rise)
     # Of each tread shows what the nosing above and before it leaves.
