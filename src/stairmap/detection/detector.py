@@ -1,6 +1,6 @@
 """The default detector: one depth frame in, stair edges or reasons out.
 
-Up, headings, side elevations, nosings, lattice, all pixels, edges: the method is told with
+Up, headings, side elevations, nosings, lattice, profile, evidence, judgement: the method is told with
 pictures in docs/method.md.
 """
 
@@ -10,20 +10,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stairmap.arrays import Points
+from stairmap.arrays import Float64Array
 from stairmap.config import Config
-from stairmap.detection.candidates import Candidate, judge_candidate
-from stairmap.detection.crease_edges import find_creases
-from stairmap.detection.elevation import Elevation, lateral_positions, make_elevation, strip_columns
+from stairmap.detection.candidate import Candidate, Scene, examine
+from stairmap.detection.elevation import make_elevation
+from stairmap.detection.fit import MIN_NOISE
 from stairmap.detection.inverse_depth import (
     InverseDepthImage,
     SurfaceNormals,
     fit_surface_normals,
     inverse_depth_from_frame,
 )
-from stairmap.detection.jump_edges import find_riser_tops, find_tread_fronts
-from stairmap.detection.lattice import Lattice, find_lattices, group_nosings
-from stairmap.detection.ledges import find_ledges, is_made_of_ledges
+from stairmap.detection.lattice import find_lattices, group_corners
+from stairmap.detection.nosing_search import find_corners
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.detection.orientation import (
     CorrectedUp,
@@ -35,8 +34,6 @@ from stairmap.detection.orientation import (
     find_up_error,
     level_axes,
 )
-from stairmap.detection.profile_segments import ProfileSegments, find_segments, label_cells
-from stairmap.detection.refinement import refine_lattice
 from stairmap.detection.tracing import trace_detection
 from stairmap.frame import DepthFrame
 
@@ -50,7 +47,13 @@ MIN_DISTANCES = 4
 """Once a stairway was found, other headings are tried only where surfaces stand at so many distances."""
 
 STRIP_NOISE = 0.25
-"""Noise of a strip's cell relative to a pixel's: 16 pixels are averaged."""
+"""Noise of a strip's ray relative to a pixel's: 16 pixels are averaged."""
+
+MAX_LATTICES = 3
+"""Lattices along one heading that are examined."""
+
+MAX_OVERLAP = 0.3
+"""Candidates that share more than this of the smaller one's part of the image are one stairway."""
 
 
 class StairEdgeDetector:
@@ -80,10 +83,9 @@ class StairEdgeDetector:
         Observations, best first, or the rules that rejected what looked most like one.
         """
         image = inverse_depth_from_frame(frame, max_depth=self._config.detection.max_depth)
-        candidates: list[Candidate] = []
-        rejections = self._find_candidates(image, frame, candidates)
+        candidates, rejections = self._find_candidates(image, frame)
         accepted = [candidate for candidate in candidates if candidate.observation is not None]
-        observations = _without_duplicates(accepted)
+        observations = _without_duplicates(accepted, image)
         if observations:
             rejections = ()
         picture = trace_detection(frame, image, candidates, observations) if trace else None
@@ -92,127 +94,101 @@ class StairEdgeDetector:
         )
 
     def _find_candidates(
-        self, image: InverseDepthImage, frame: DepthFrame, candidates: list[Candidate]
-    ) -> tuple[Rejection, ...]:
-        """Fill the list of candidates; return why there is none that was accepted."""
+        self, image: InverseDepthImage, frame: DepthFrame
+    ) -> tuple[list[Candidate], tuple[Rejection, ...]]:
+        """Return the candidates, and why there is none that was accepted."""
         share = np.count_nonzero(image.valid) / image.valid.size
         if share < MIN_VALID_SHARE:
-            return (Rejection(rule="valid_pixels", measured=share, limit=MIN_VALID_SHARE, unit="1"),)
+            return [], (Rejection(rule="valid_pixels", measured=share, limit=MIN_VALID_SHARE, unit="1"),)
         surfaces = fit_surface_normals(image)
         up = estimate_up(surfaces) if frame.up is None else frame.up
         if up is None:
-            return (Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1"),)
+            return [], (Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1"),)
         limit = np.radians(self._config.detection.max_up_correction_deg)
         corrected = correct_up(surfaces, up, max_correction=limit)
-        rejections = self._find_by_up(image, surfaces, corrected, frame, candidates)
+        candidates, rejections = self._look_around(image, surfaces, corrected, frame.stamp_ns)
         if any(candidate.observation for candidate in candidates) or frame.up is None:
-            return rejections
+            return candidates, rejections
         error = find_up_error(surfaces, frame.up, max_correction=limit)
-        if error is None:
-            return rejections
-        off = float(np.degrees(error))
-        return (
-            Rejection(rule="max_up_error", measured=off, limit=float(np.degrees(limit)), unit="deg"),
-            *rejections,
-        )
+        if error is not None:
+            off = float(np.degrees(error))
+            wrong = Rejection(rule="max_up_error", measured=off, limit=float(np.degrees(limit)), unit="deg")
+            rejections = (wrong, *rejections)
+        return candidates, rejections
 
-    def _find_by_up(
-        self,
-        image: InverseDepthImage,
-        surfaces: SurfaceNormals,
-        corrected: CorrectedUp,
-        frame: DepthFrame,
-        candidates: list[Candidate],
-    ) -> tuple[Rejection, ...]:
-        """Look along all headings; return why there is no candidate that was accepted."""
-        up = corrected.up
-        headings = find_headings(surfaces, up, max_headings=MAX_HEADINGS)
-        self._try_headings(image, surfaces, corrected, headings, frame, candidates)
+    def _look_around(
+        self, image: InverseDepthImage, surfaces: SurfaceNormals, corrected: CorrectedUp, stamp_ns: int
+    ) -> tuple[list[Candidate], tuple[Rejection, ...]]:
+        """Look along all headings; return the candidates, and why there is none that was accepted."""
+        headings = find_headings(surfaces, corrected.up, max_headings=MAX_HEADINGS)
+        candidates = self._look_along(image, surfaces, corrected, headings, stamp_ns)
         if not any(candidate.observation for candidate in candidates):
-            others = find_line_headings(image, up, known=headings, max_headings=1)
-            self._try_headings(image, surfaces, corrected, others, frame, candidates)
+            others = find_line_headings(image, corrected.up, known=headings, max_headings=1)
+            candidates += self._look_along(image, surfaces, corrected, others, stamp_ns)
             headings = [*headings, *others]
-        if len(headings) == 0:
-            return (Rejection(rule="headings", measured=0, limit=1, unit="1"),)
+        if not headings:
+            return candidates, (Rejection(rule="headings", measured=0, limit=1, unit="1"),)
         if not candidates:
-            return (
-                Rejection(rule="min_steps", measured=0, limit=self._config.detection.min_steps, unit="1"),
-            )
-        best = max(candidates, key=lambda candidate: candidate.score)
-        return best.rejections
+            limit = self._config.detection.min_steps
+            return candidates, (Rejection(rule="min_steps", measured=0, limit=limit, unit="1"),)
+        return candidates, max(candidates, key=lambda candidate: candidate.score).rejections
 
-    def _try_headings(
+    def _look_along(
         self,
         image: InverseDepthImage,
         surfaces: SurfaceNormals,
         corrected: CorrectedUp,
         headings: Sequence[Heading],
-        frame: DepthFrame,
-        candidates: list[Candidate],
-    ) -> None:
-        """Look for stairways along each heading."""
+        stamp_ns: int,
+    ) -> list[Candidate]:
+        """Examine what repeats like stairs along each heading."""
         up, up_std = corrected
         ahead, left = level_axes(up)
+        noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
+        candidates: list[Candidate] = []
         for angle, num_distances in headings:
             if num_distances < MIN_DISTANCES and any(candidate.observation for candidate in candidates):
                 continue
-            forward = np.cos(angle) * ahead + np.sin(angle) * left
-            elevation = make_elevation(image, up, forward)
+            elevation = make_elevation(image, up, np.cos(angle) * ahead + np.sin(angle) * left)
             if elevation is None:
                 continue
-            noise = STRIP_NOISE * surfaces.noise
-            segments = find_segments(elevation, label_cells(elevation, noise=noise), noise=noise)
-            for view_sign in (1, -1):
-                found = self._find_lattices(elevation, segments, noise, view_sign)
-                for lattice, ends, is_open in found:
-                    columns = strip_columns(image.camera.width, lattice.strips, margin=1)
-                    refined = refine_lattice(
-                        image,
-                        lattice,
-                        up,
-                        forward,
-                        ends,
-                        noise=surfaces.noise,
-                        columns=columns,
-                        up_std=up_std,
-                        is_open=is_open,
-                    )
-                    candidates.append(judge_candidate(image, lattice, refined, frame.stamp_ns, self._config))
-                if candidates and candidates[-1].observation is not None:
-                    break
-
-    def _find_lattices(
-        self, elevation: Elevation, segments: ProfileSegments, noise: float, view_sign: int
-    ) -> list[tuple[Lattice, Points, bool]]:
-        """Lattices along one heading and view, the jumps in the strips of each, and if it is of slabs."""
-        creases, in_crease = find_creases(segments)
-        fronts = find_tread_fronts(elevation, segments, in_crease[:, 1], view_sign=view_sign)
-        ledges = find_ledges(elevation, noise=noise) if view_sign > 0 else np.zeros((0, 3))
-        if view_sign > 0:
-            tops = find_riser_tops(elevation, segments, in_crease[:, 0])
-            others = np.concatenate([creases, tops, fronts])
-            ends = np.concatenate([tops, fronts, ledges])
-        else:
-            others = ends = fronts
-        nosings = np.concatenate([others, ledges])
-        groups = group_nosings(nosings, num_strips=elevation.inverse_distance.shape[1], noise=noise)
-        found = []
-        for lattice in find_lattices(groups, self._config.envelope, view_sign=view_sign, noise=noise):
-            mine = ends[lattice.strips[ends[:, 2].astype(np.int64)]]
-            is_open = is_made_of_ledges(lattice, ledges, others)
-            found.append((lattice, lateral_positions(elevation, mine), is_open))
-        return found
+            scene = Scene(image=image, elevation=elevation, noise=noise, up_std=up_std, stamp_ns=stamp_ns)
+            corners = find_corners(elevation, noise=noise)
+            groups = group_corners(corners, num_strips=len(elevation.bearing), noise=noise)
+            for lattice in find_lattices(
+                groups, self._config.envelope, noise=noise, max_lattices=MAX_LATTICES
+            ):
+                candidates.append(examine(scene, lattice, self._config))
+        return candidates
 
 
-def _without_duplicates(candidates: list[Candidate]) -> tuple[StairObservation, ...]:
-    """Keep the best of the candidates that share columns of the image."""
-    kept: list[Candidate] = []
+def _without_duplicates(
+    candidates: Sequence[Candidate], image: InverseDepthImage
+) -> tuple[StairObservation, ...]:
+    """Keep the best of the candidates that share a part of the image."""
+    kept: list[tuple[Float64Array, StairObservation]] = []
     for candidate in sorted(candidates, key=lambda item: -item.score):
-        shares = any(
-            min(candidate.columns[1], other.columns[1]) - max(candidate.columns[0], other.columns[0])
-            > 0.3 * min(candidate.columns[1] - candidate.columns[0], other.columns[1] - other.columns[0])
-            for other in kept
-        )
-        if not shares:
-            kept.append(candidate)
-    return tuple(candidate.observation for candidate in kept if candidate.observation is not None)
+        observation = candidate.observation
+        if observation is None:
+            continue
+        area = _area_of(observation, image)
+        if all(_overlap(area, other) <= MAX_OVERLAP for other, _ in kept):
+            kept.append((area, observation))
+    return tuple(observation for _, observation in kept)
+
+
+def _area_of(observation: StairObservation, image: InverseDepthImage) -> Float64Array:
+    """(2, 2) least and greatest pixel coordinates of the ends of an observation's edges."""
+    ends = np.concatenate([edge.nosing for edge in observation.edges])
+    pixels = image.camera.project(ends)
+    size = [image.camera.width - 1, image.camera.height - 1]
+    return np.stack([np.clip(np.nanmin(pixels, axis=0), 0, size), np.clip(np.nanmax(pixels, axis=0), 0, size)])
+
+
+def _overlap(first: Float64Array, second: Float64Array) -> float:
+    """Share of the smaller of two areas that lies in the other."""
+    shared = np.minimum(first[1], second[1]) - np.maximum(first[0], second[0])
+    if (shared <= 0).any():
+        return 0.0
+    smaller = min(float(np.prod(first[1] - first[0])), float(np.prod(second[1] - second[0])))
+    return float(np.prod(shared)) / max(smaller, 1.0)

@@ -1,11 +1,11 @@
-"""Side elevations of a scene: what a planar scanner along a heading would see.
+"""Resample a frame into its side elevation along one heading.
 
-For a heading and up, a ray's slope is tau = z / s: height gained per metre
-forward. All pixels of a stairway's step that have the same slope have the same
-forward distance s, wherever they lie across the step. So the image is resampled to rows
-of equal slope, and strips of columns are averaged: each strip becomes a scan in the
-vertical plane along the heading, with a fraction of a pixel's noise and no roll or obliqueness
-left. In inverse forward distance Q = 1/s a riser is constant and a tread is Q = tau / z.
+With a heading and up, a ray is told by two numbers: its slope tau = z / s, height gained per metre forward,
+and its bearing lambda = t / s, metres to the left per metre forward. All of a step that is seen under one
+slope has one forward distance s, wherever it lies across the step. So the image is resampled to a grid whose
+rows have equal slope and whose columns have equal bearing, however the camera is rolled about its axis. A
+column is then a scan in an upright plane. It holds the inverse forward distance Q = 1/s, in which every flat
+surface is a straight line in tau.
 """
 
 from __future__ import annotations
@@ -15,52 +15,82 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from stairmap.arrays import Float32Array, Float64Array, Mask, Points, Vector
+from stairmap.arrays import Float32Array, Float64Array, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
-from stairmap.geometry import cross
+from stairmap.geometry import cross, normalized
 
 STRIP_WIDTH = 16
 """Columns of a strip, working pixels: wide enough to average noise, narrow against a stairway."""
 
 COLUMN_STEP = 2
-"""Every so many columns are sampled: eight of a strip's sixteen tell its median well enough."""
+"""Every so many columns are sampled: eight of a strip's sixteen tell its mean well enough."""
 
 MIN_FORWARD = 0.15
 """Rays with a smaller forward component (more than 81 degrees off the heading) are not used."""
 
+MIN_ROWS = 20
+"""Fewest rows of an elevation."""
+
+SAME_SURFACE = 0.03
+"""Neighbouring pixels whose inverse depths differ by less than this share may be interpolated."""
+
+STRIP_SPREAD = 0.04
+"""Samples of a strip within this share of their median are averaged."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Elevation:
-    """Scans of a frame in vertical planes along one heading; row 0 looks highest.
+class ElevationGrid:
+    """Where the rows and columns of an elevation lie.
 
     Attributes
     ----------
+    up, forward, left
+        (3,) axes of the elevation, camera frame.
     slope
-        (rows,) float32 slope tau of each row, descending.
-    inverse_distance
-        (rows, strips) float32 inverse forward distance Q, 1/m, 0 where nothing was measured.
-    lateral
-        (rows, strips) float32 lateral position over forward distance, t / s, positive to the left.
-    row_density
-        Rows per unit of slope.
+        (R,) slope tau of each row, ascending.
+    bearing
+        (C,) bearing lambda of each column, descending: the first column lies farthest left.
+    row_size
+        Mean slope between rows.
     edge_shift
         How many rows the reduced image moved the edges of near surfaces outward on average.
     """
 
-    slope: Float32Array
-    inverse_distance: Float32Array
-    lateral: Float32Array
-    row_density: float
-    edge_shift: float = 0.0
+    up: Vector
+    forward: Vector
+    left: Vector
+    slope: Float64Array
+    bearing: Float64Array
+    row_size: float
+    edge_shift: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Elevation:
+    """The scans of a frame along one heading, averaged over strips of columns.
+
+    Attributes
+    ----------
+    grid
+        Rows and columns of single pixels.
+    bearing
+        (S,) bearing of the middle of each strip.
+    inverse_distance
+        (R, S) float64 inverse forward distance Q, 1/m, 0 where nothing was measured.
+    """
+
+    grid: ElevationGrid
+    bearing: Float64Array
+    inverse_distance: Float64Array
 
     @property
-    def valid(self) -> Mask:
-        """(rows, strips) whether a cell was measured."""
-        return np.asarray(self.inverse_distance > 0)
+    def slope(self) -> Float64Array:
+        """(R,) slope tau of each row, ascending."""
+        return self.grid.slope
 
 
-def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevation | None:
-    """Resample an image into side elevations along a heading.
+def make_grid(image: InverseDepthImage, up: Vector, forward: Vector) -> ElevationGrid | None:
+    """Lay rows of equal slope and columns of equal bearing over an image.
 
     Parameters
     ----------
@@ -71,84 +101,120 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
 
     Returns
     -------
-    Elevation, or ``None`` when the image does not look along the heading at all.
+    The grid, or ``None`` when the image does not look along the heading at all. Rows and columns are those of
+    a camera turned about its axis until it stands upright, so they are as fine as the image.
     """
     camera = image.camera
-    num_strips = camera.width // STRIP_WIDTH
-    first = _first_column(camera.width)
-    u = np.arange(first, first + num_strips * STRIP_WIDTH, COLUMN_STEP, dtype=np.float32)
-    x = (u - np.float32(camera.cx)) / np.float32(camera.fx)
-    y = ((np.arange(camera.height) - camera.cy) / camera.fy).astype(np.float32)
+    right, down = _upright_axes(up)
+    corners = np.array([[x, y] for x in (0, camera.width - 1) for y in (0, camera.height - 1)], dtype=np.float64)
+    rays = np.column_stack([(corners - [camera.cx, camera.cy]) / [camera.fx, camera.fy], np.ones(4)])
+    across, along = rays @ right, rays @ down
+    num_columns = round((across.max() - across.min()) * camera.fx) + 1
+    num_rows = round((along.max() - along.min()) * camera.fy) + 1
+    x = np.linspace(across.min(), across.max(), num_columns)
+    y = np.linspace(along.max(), along.min(), num_rows)
     # The rows' slopes are those of the column that looks most nearly along the heading.
-    along = forward[0] * x + forward[2]
-    middle = x[int(np.argmax(along))] if along.max() > MIN_FORWARD else np.float32(0)
-    middle = np.clip(middle, x[len(x) // 4], x[3 * len(x) // 4])
-    ahead = forward[0] * middle + forward[1] * y + forward[2]
-    above = up[0] * middle + up[1] * y + up[2]
-    usable = ahead > MIN_FORWARD
-    if np.count_nonzero(usable) < 20:
+    ahead = forward @ right * x + forward[2]
+    middle = float(x[int(np.argmax(ahead))])
+    middle = float(np.clip(middle, x[num_columns // 4], x[3 * num_columns // 4]))
+    left = cross(up, forward)
+    column_rays = np.outer(np.ones(num_rows), middle * right + [0, 0, 1]) + np.outer(y, down)
+    usable = column_rays @ forward > MIN_FORWARD
+    if np.count_nonzero(usable) < MIN_ROWS:
         return None
-    slope = (above[usable] / ahead[usable]).astype(np.float32)[:, None]
-    up32, forward32 = up.astype(np.float32), forward.astype(np.float32)
-    ray_y = ((up32[0] * x + up32[2]) - slope * (forward32[0] * x + forward32[2])) / (
-        slope * forward32[1] - up32[1]
-    )
-    ray_forward = forward32[0] * x + forward32[2] + forward32[1] * ray_y
-    map_v = ray_y * np.float32(camera.fy) + np.float32(camera.cy)
-    map_u = np.ascontiguousarray(np.broadcast_to(u, map_v.shape))
-    remapped = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_NEAREST, borderValue=0)
-    sampled: Float32Array = np.asarray(remapped, dtype=np.float32)
-    sampled[ray_forward < MIN_FORWARD] = 0
-    sampled /= np.maximum(ray_forward, np.float32(MIN_FORWARD))
-    left = cross(up, forward).astype(np.float32)
-    per_strip = STRIP_WIDTH // COLUMN_STEP
-    centers = per_strip // 2 + per_strip * np.arange(num_strips)
-    lateral = (left[0] * x[centers] + left[2] + left[1] * ray_y[:, centers]) / np.maximum(
-        ray_forward[:, centers], np.float32(MIN_FORWARD)
-    )
-    cells = sampled.reshape(-1, num_strips, per_strip)
-    density = len(slope) / max(float(slope[0, 0] - slope[-1, 0]), 1e-6)
-    return Elevation(
-        slope=slope[:, 0],
-        inverse_distance=_average_cells(cells),
-        lateral=lateral,
-        row_density=density,
+    column_rays = column_rays[usable]
+    slope = (column_rays @ up) / (column_rays @ forward)
+    row_rays = np.outer(x, right) + [0, 0, 1] + 0.5 * (y[0] + y[-1]) * down
+    visible = row_rays @ forward > MIN_FORWARD
+    if np.count_nonzero(visible) < STRIP_WIDTH:
+        return None
+    row_rays = row_rays[visible]
+    bearing = (row_rays @ left) / (row_rays @ forward)
+    return ElevationGrid(
+        up=up,
+        forward=forward,
+        left=left,
+        slope=slope,
+        bearing=bearing,
+        row_size=float(slope[-1] - slope[0]) / (len(slope) - 1),
         # A block of pixels shows its nearest surface, however little of it is that.
         edge_shift=0.5 * (image.stride - 1) / image.stride,
     )
 
 
-def strip_columns(width: int, strips: Mask, *, margin: int) -> tuple[int, int]:
+def sample_grid(image: InverseDepthImage, grid: ElevationGrid, bearing: Float64Array) -> Float32Array:
+    """Return the (R, N) inverse forward distance, 1/m, at bearings of every row; 0 where nothing was measured.
+
+    Between pixels of one surface it is interpolated, which is exact on planes; elsewhere the nearest counts.
+    """
+    camera = image.camera
+    slope = grid.slope.astype(np.float32)[:, None]
+    across = bearing.astype(np.float32)[None, :]
+    up, forward, left = (axis.astype(np.float32) for axis in (grid.up, grid.forward, grid.left))
+    depth = forward[2] + slope * up[2] + across * left[2]
+    inverse = 1.0 / np.maximum(depth, np.float32(1e-3))
+    fx, fy, cx, cy = (np.float32(value) for value in (camera.fx, camera.fy, camera.cx, camera.cy))
+    map_u = (forward[0] + slope * up[0] + across * left[0]) * inverse * fx + cx
+    map_v = (forward[1] + slope * up[1] + across * left[1]) * inverse * fy + cy
+    nearest = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_NEAREST, borderValue=0)
+    linear = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_LINEAR, borderValue=0)
+    is_smooth = np.abs(linear - nearest) < np.float32(SAME_SURFACE) * nearest
+    sampled = np.where(is_smooth, linear, nearest) * depth
+    sampled[depth < np.float32(1e-3)] = 0
+    return np.asarray(sampled, dtype=np.float32)
+
+
+def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevation | None:
+    """Resample an image into side elevations along a heading; ``None`` when it does not look along it.
+
+    Parameters
+    ----------
+    image
+        Inverse depth.
+    up, forward
+        (3,) perpendicular unit vectors, camera frame.
+    """
+    grid = make_grid(image, up, forward)
+    if grid is None:
+        return None
+    first, num_strips = _first_column(len(grid.bearing)), len(grid.bearing) // STRIP_WIDTH
+    columns = np.arange(first, first + num_strips * STRIP_WIDTH, COLUMN_STEP)
+    cells = sample_grid(image, grid, grid.bearing[columns]).reshape(len(grid.slope), num_strips, -1)
+    inside = grid.bearing[first : first + num_strips * STRIP_WIDTH].reshape(num_strips, STRIP_WIDTH)
+    return Elevation(grid=grid, bearing=inside.mean(axis=1), inverse_distance=_average_cells(cells))
+
+
+def strip_columns(num_columns: int, strips: Mask, *, margin: int) -> tuple[int, int]:
     """Return the first column and one past the last of the given strips and ``margin`` more on each side."""
     chosen = np.flatnonzero(strips)
-    offset = _first_column(width)
+    offset = _first_column(num_columns)
     first = offset + (int(chosen[0]) - margin) * STRIP_WIDTH
     last = offset + (int(chosen[-1]) + 1 + margin) * STRIP_WIDTH
-    return max(first, 0), min(last, width)
+    return max(first, 0), min(last, num_columns)
 
 
-def lateral_positions(elevation: Elevation, nosings: Float64Array) -> Points:
-    """Turn (N, 3) nosings of s, z and strip into (N, 3) points s, z, t, m."""
-    strip = nosings[:, 2].astype(np.int64)
-    slope = (nosings[:, 1] / np.maximum(nosings[:, 0], 1e-6)).astype(np.float32)
-    row = np.searchsorted(-elevation.slope, -slope).clip(0, len(elevation.slope) - 1)
-    return np.stack([nosings[:, 0], nosings[:, 1], nosings[:, 0] * elevation.lateral[row, strip]], axis=1)
+def _upright_axes(up: Vector) -> tuple[Vector, Vector]:
+    """The camera's x and y axes turned about its optical axis until y points downward."""
+    down = np.array([-up[0], -up[1], 0.0])
+    # Looking straight up or down, every turn is as upright as any.
+    down = normalized(down) if np.hypot(down[0], down[1]) > 0.05 else np.array([0.0, 1.0, 0.0])
+    return np.array([down[1], -down[0], 0.0]), down
 
 
-def _first_column(width: int) -> int:
-    """Column where strip 0 begins: the strips are centred in the image."""
-    return (width - width // STRIP_WIDTH * STRIP_WIDTH) // 2
+def _first_column(num_columns: int) -> int:
+    """Column where strip 0 begins: the strips are centred."""
+    return (num_columns - num_columns // STRIP_WIDTH * STRIP_WIDTH) // 2
 
 
-def _average_cells(cells: Float32Array) -> Float32Array:
+def _average_cells(cells: Float32Array) -> Float64Array:
     """Mean of each cell's values near their median; 0 where fewer than half are valid."""
     ordered = np.sort(cells, axis=2)
     num = cells.shape[2]
     num_valid = np.count_nonzero(ordered, axis=2)
     middle = np.minimum(num - num_valid + num_valid // 2, num - 1)
     median = np.take_along_axis(ordered, middle[:, :, None], axis=2)
-    near = (np.abs(ordered - median) < np.float32(0.04) * median).astype(np.float32)
+    near = (np.abs(ordered - median) < np.float32(STRIP_SPREAD) * median).astype(np.float32)
     count = near.sum(axis=2)
     total = (ordered * near).sum(axis=2)
     enough = (num_valid * 2 >= num) & (count * 3 >= num)
-    return np.where(enough, total / np.maximum(count, 1), np.float32(0)).astype(np.float32)
+    return np.where(enough, total / np.maximum(count, 1), np.float32(0)).astype(np.float64)

@@ -1,7 +1,8 @@
-"""The lattice of nosings: nosing k lies at (s0 + k·run, z0 + k·rise) with integer k.
+"""Find lattices of nosings: nosing k lies at (s0 + k·run, z0 + k·rise) with integer k.
 
-A step that was not seen leaves a gap in k and changes nothing else, which is where the
-report's average over adjacent clusters fails (docs/method.md).
+Stairs that ascend from the camera have a positive run, those that descend a negative one; both are searched
+at once. A step that was not seen leaves a gap in k and changes nothing else, which is where the report's
+average over adjacent clusters fails (docs/method.md).
 """
 
 from __future__ import annotations
@@ -9,17 +10,51 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.config import EnvelopeConfig
+from stairmap.detection.nosing_search import Corners
 
 MAX_MISSED = 2
 """How many steps in a row may be missed between two that found a lattice."""
 
+CORNER_STD = 0.017
+"""Half of how far corners of one nosing lie apart in neighbouring scans, m, beyond the noise."""
+
+MAX_GROUP_DISTANCE, MAX_GROUP_HEIGHT = 0.09, 0.05
+"""Farther apart than this, m, corners are of different nosings whatever the noise."""
+
+MAX_STRIP_GAP = 2
+"""Scans of one nosing are at most so many strips apart."""
+
+MIN_STRIPS = 2
+"""Fewest strips of a nosing."""
+
+ENVELOPE_SLACK, PITCH_SLACK_DEG = 0.1, 3.0
+"""The envelope is widened by this share, and by these degrees: a pair of nosings measures less well than the
+lattice that follows."""
+
+INLIER_DISTANCE, INLIER_HEIGHT, MAX_SPREAD = 0.035, 0.025, 0.05
+"""How far a nosing of a lattice lies off its place at most, m, and the most that noise adds to it, m."""
+
+GROWTH = 0.15
+"""How much the error of a pair's run and rise adds for each step away from it, as a share of the same."""
+
+MAX_INDEX = 32
+"""Steps a lattice may reach from the pair that found it."""
+
+GAP_COST = 0.5
+"""A missed step takes this share of a typical nosing's score."""
+
+MAX_STRIPS_COUNTED = 12
+"""More strips than this do not raise a nosing's score: a wall's edge is no better nosing for being wide."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NosingGroups:
-    """Nosings of neighbouring scans that are one edge.
+    """Corners of neighbouring scans that are one edge.
 
     Attributes
     ----------
@@ -53,6 +88,8 @@ class Lattice:
         (M,) indices of the nosings found, ascending, the first 0.
     strips
         (num_strips,) where nosings were found.
+    score
+        Strips of its nosings, gaps deducted.
     """
 
     distance: float
@@ -61,35 +98,35 @@ class Lattice:
     rise: float
     indices: IntArray
     strips: Mask
+    score: float
 
 
-def group_nosings(nosings: Float64Array, *, num_strips: int, noise: float) -> NosingGroups:
-    """Join nosings of neighbouring strips that lie close together.
+def group_corners(corners: Corners, *, num_strips: int, noise: float) -> NosingGroups:
+    """Join corners of neighbouring strips that lie close together.
 
     Parameters
     ----------
-    nosings
-        (N, 3) distance s, height z (m) and strip.
+    corners
+        Corners of single scans.
     num_strips
         Number of strips of the elevation.
     noise
         Standard deviation of inverse distance in a strip, 1/m.
     """
-    if len(nosings) == 0:
+    if len(corners) == 0:
         return NosingGroups(distance=np.zeros(0), height=np.zeros(0), strips=np.zeros((0, num_strips), bool))
-    distance, height, strip = nosings.T
-    tolerance = 0.035 + 2.0 * noise * distance**2
+    distance, height, strip = corners.distance, corners.height, corners.strip
+    tolerance = 2.0 * CORNER_STD + 2.0 * noise * distance**2
     close = (
-        (np.abs(distance[:, None] - distance) < np.minimum(tolerance, 0.09))
-        & (np.abs(height[:, None] - height) < np.minimum(tolerance, 0.05))
-        & (np.abs(strip[:, None] - strip) <= 2)
+        (np.abs(distance[:, None] - distance) < np.minimum(tolerance, MAX_GROUP_DISTANCE))
+        & (np.abs(height[:, None] - height) < np.minimum(tolerance, MAX_GROUP_HEIGHT))
+        & (np.abs(strip[:, None] - strip) <= MAX_STRIP_GAP)
     )
-    label = _connected(close)
-    count = int(label.max()) + 1
+    count, label = connected_components(csr_matrix(close), directed=False)
     size = np.bincount(label, minlength=count)
     strips = np.zeros((count, num_strips), dtype=bool)
-    strips[label, strip.astype(np.int64)] = True
-    keep = strips.sum(axis=1) >= 2
+    strips[label, strip] = True
+    keep = strips.sum(axis=1) >= MIN_STRIPS
     return NosingGroups(
         distance=(np.bincount(label, distance, count) / size)[keep],
         height=(np.bincount(label, height, count) / size)[keep],
@@ -97,52 +134,8 @@ def group_nosings(nosings: Float64Array, *, num_strips: int, noise: float) -> No
     )
 
 
-def nearest_indices(
-    nosings: Float64Array, distance: float, height: float, run: float, rise: float, *, max_along: float
-) -> IntArray:
-    """Return which nosing of a lattice each of some points lies at.
-
-    Parameters
-    ----------
-    nosings
-        (N, 3) points of which s and z, m, are looked at.
-    distance, height, run, rise
-        The lattice, m.
-    max_along
-        How far from the nosing a point lies at most along s, in runs; along z it is 0.3 rises.
-
-    Returns
-    -------
-    (N,) indices; -1 for points at none, or before the first.
-    """
-    s, z = nosings[:, 0] - distance, nosings[:, 1] - height
-    index = np.rint((s * run + z * rise) / (run**2 + rise**2))
-    near = (np.abs(s - index * run) < max_along * abs(run)) & (np.abs(z - index * rise) < 0.3 * rise)
-    return np.where(near, np.maximum(index, -1), -1).astype(np.int64)
-
-
-def _connected(close: Mask) -> IntArray:
-    """Number the connected components of a symmetric (N, N) relation; returns (N,).
-
-    As ``scipy.sparse.csgraph.connected_components``, which takes three times as long for some ten nosings.
-    """
-    label = np.arange(len(close))
-    while True:
-        lowest = np.where(close, label, len(close)).min(axis=1)
-        lowest = lowest[lowest]
-        if np.array_equal(lowest, label):
-            break
-        label = lowest
-    return np.asarray(np.unique(label, return_inverse=True)[1])
-
-
 def find_lattices(
-    groups: NosingGroups,
-    envelope: EnvelopeConfig,
-    *,
-    view_sign: int,
-    noise: float,
-    max_lattices: int = 3,
+    groups: NosingGroups, envelope: EnvelopeConfig, *, noise: float, max_lattices: int = 3
 ) -> list[Lattice]:
     """Search the lattices that explain most nosings, best first.
 
@@ -155,10 +148,7 @@ def find_lattices(
     groups
         Nosings.
     envelope
-        Dimensions a stairway may have; they are widened by a tenth here, since a pair of
-        nosings measures less well than the lattice that follows.
-    view_sign
-        +1: stairs that ascend away from the camera; -1: that descend away from it.
+        Dimensions a stairway may have.
     noise
         Standard deviation of inverse distance in a strip, 1/m.
     max_lattices
@@ -167,7 +157,7 @@ def find_lattices(
     found: list[Lattice] = []
     free = np.ones(len(groups), dtype=bool)
     while len(found) < max_lattices:
-        lattice, used = _find_best(groups, free, envelope, view_sign, noise)
+        lattice, used = _find_best(groups, free, envelope, noise)
         if lattice is None:
             break
         found.append(lattice)
@@ -176,16 +166,17 @@ def find_lattices(
 
 
 def _find_best(
-    groups: NosingGroups, free: Mask, envelope: EnvelopeConfig, view_sign: int, noise: float
+    groups: NosingGroups, free: Mask, envelope: EnvelopeConfig, noise: float
 ) -> tuple[Lattice | None, Mask]:
     none = (None, np.zeros(len(groups), dtype=bool))
     if np.count_nonzero(free) < 2:
         return none
     distance, height = groups.distance, groups.height
     overlap = groups.strips.astype(np.int64) @ groups.strips.T.astype(np.int64)
+    smaller, larger = 1.0 - ENVELOPE_SLACK, 1.0 + ENVELOPE_SLACK
     lower, upper = np.nonzero(
-        (height[None, :] - height[:, None] > 0.8 * envelope.min_rise)
-        & (overlap >= 2)
+        (height[None, :] - height[:, None] > smaller * envelope.min_rise)
+        & (overlap >= MIN_STRIPS)
         & free[:, None]
         & free[None, :]
     )
@@ -195,12 +186,12 @@ def _find_best(
     anchor = np.repeat(lower, len(steps))
     pitch = np.degrees(np.arctan2(rise, np.abs(run)))
     allowed = (
-        (rise > 0.9 * envelope.min_rise)
-        & (rise < 1.1 * envelope.max_rise)
-        & (view_sign * run > 0.9 * envelope.min_run)
-        & (view_sign * run < 1.1 * envelope.max_run)
-        & (pitch > envelope.min_pitch_deg - 3.0)
-        & (pitch < envelope.max_pitch_deg + 3.0)
+        (rise > smaller * envelope.min_rise)
+        & (rise < larger * envelope.max_rise)
+        & (np.abs(run) > smaller * envelope.min_run)
+        & (np.abs(run) < larger * envelope.max_run)
+        & (pitch > envelope.min_pitch_deg - PITCH_SLACK_DEG)
+        & (pitch < envelope.max_pitch_deg + PITCH_SLACK_DEG)
     )
     if not allowed.any():
         return none
@@ -208,44 +199,43 @@ def _find_best(
     along_s = distance[None, :] - distance[anchor][:, None]
     along_z = height[None, :] - height[anchor][:, None]
     index = np.rint((along_s * run[:, None] + along_z * rise[:, None]) / (run**2 + rise**2)[:, None])
-    spread = np.minimum(2.0 * noise * distance**2, 0.05)
-    # The error of a pair's run and rise grows with the index away from it.
-    growth = 1.0 + 0.15 * np.abs(index)
+    spread = np.minimum(2.0 * noise * distance**2, MAX_SPREAD)
+    growth = 1.0 + GROWTH * np.abs(index)
     fits = (
-        (np.abs(along_s - index * run[:, None]) < (0.035 + spread) * growth)
-        & (np.abs(along_z - index * rise[:, None]) < (0.025 + 0.5 * spread) * np.minimum(growth, 2.0))
+        (np.abs(along_s - index * run[:, None]) < (INLIER_DISTANCE + spread) * growth)
+        & (np.abs(along_z - index * rise[:, None]) < (INLIER_HEIGHT + 0.5 * spread) * np.minimum(growth, 2.0))
         & free[None, :]
         & (overlap[anchor] >= 1)
-        & (np.abs(index) < 32)
+        & (np.abs(index) < MAX_INDEX)
     )
-    size = np.minimum(groups.strips.sum(axis=1), 12).astype(np.float64)
-    best_per_index = np.zeros((len(run), 64))
+    size = np.minimum(groups.strips.sum(axis=1), MAX_STRIPS_COUNTED).astype(np.float64)
+    best_per_index = np.zeros((len(run), 2 * MAX_INDEX))
     rows, columns = np.nonzero(fits)
-    np.maximum.at(best_per_index, (rows, (index[rows, columns] + 32).astype(np.int64)), size[columns])
+    np.maximum.at(best_per_index, (rows, (index[rows, columns] + MAX_INDEX).astype(np.int64)), size[columns])
     present = best_per_index > 0
     first = np.argmax(present, axis=1)
-    last = 63 - np.argmax(present[:, ::-1], axis=1)
+    last = 2 * MAX_INDEX - 1 - np.argmax(present[:, ::-1], axis=1)
     num_present = present.sum(axis=1)
     num_gaps = last - first + 1 - num_present
     typical = best_per_index.sum(axis=1) / num_present
-    score = best_per_index.sum(axis=1) - 0.5 * num_gaps * typical
+    score = best_per_index.sum(axis=1) - GAP_COST * num_gaps * typical
     best = int(np.argmax(score))
     if num_present[best] < 2:
         return none
     inliers = fits[best]
-    indices = np.unique(index[best, inliers]).astype(np.int64)
     k = index[best, inliers]
+    lowest = int(k.min())
     weight = groups.strips[inliers].sum(axis=1).astype(np.float64)
-    best_run, start_s = _fit_line(k, distance[inliers], weight, float(run[best]))
-    best_rise, start_z = _fit_line(k, height[inliers], weight, float(rise[best]))
-    lowest = int(indices[0])
+    best_run, start_s = _fit_line(k - lowest, distance[inliers], weight, float(run[best]))
+    best_rise, start_z = _fit_line(k - lowest, height[inliers], weight, float(rise[best]))
     lattice = Lattice(
-        distance=start_s + lowest * best_run,
-        height=start_z + lowest * best_rise,
+        distance=start_s,
+        height=start_z,
         run=best_run,
         rise=best_rise,
-        indices=indices - lowest,
+        indices=np.unique(k - lowest).astype(np.int64),
         strips=groups.strips[inliers].any(axis=0),
+        score=float(score[best]),
     )
     return lattice, inliers
 

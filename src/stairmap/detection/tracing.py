@@ -9,11 +9,11 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, Mask
 from stairmap.camera import PinholeCamera
-from stairmap.detection.candidates import Candidate
+from stairmap.detection.candidate import Candidate
+from stairmap.detection.evidence import tolerances
 from stairmap.detection.inverse_depth import InverseDepthImage
-from stairmap.detection.ledges import MAX_THICKNESS
 from stairmap.detection.observation import DetectionTrace, StairObservation
-from stairmap.detection.stair_pixels import find_members, gather_pixels
+from stairmap.detection.profile import Surface
 from stairmap.frame import DepthFrame
 from stairmap.geometry import cross
 
@@ -30,14 +30,10 @@ def trace_detection(
     """
     shape = frame.depth.shape
     treads, risers = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
-    lines = []
-    for candidate in candidates:
-        if candidate.refined is not None:
-            lines.append(_candidate_lines(frame.camera, candidate))
-    with_surfaces = [candidate for candidate in candidates if candidate.refined is not None]
-    if with_surfaces:
-        best = max(with_surfaces, key=lambda candidate: candidate.score)
-        _paint(treads, risers, image, best)
+    fitted = [candidate for candidate in candidates if candidate.fitted is not None]
+    lines = [_candidate_lines(frame.camera, candidate) for candidate in fitted]
+    if fitted:
+        _paint(treads, risers, image, max(fitted, key=lambda candidate: candidate.score))
     edge_pixels = _dilated(treads, 3 * image.stride) & _dilated(risers, 3 * image.stride)
     accepted = [
         frame.camera.project(edge.nosing).reshape(4)
@@ -54,42 +50,42 @@ def trace_detection(
 
 
 def _candidate_lines(camera: PinholeCamera, candidate: Candidate) -> Float64Array:
-    """The nosings of a candidate's lattice over the lateral range of its pixels, in pixels."""
-    refined = candidate.refined
-    assert refined is not None
-    member = refined.members.tread | refined.members.riser
-    if not member.any():
-        return np.zeros((0, 4))
-    low, high = np.percentile(refined.pixels.left[member], [5, 95])
-    left = cross(refined.up, refined.forward)
-    lines = []
-    for index in np.flatnonzero(refined.nosings.is_seen):
-        point = (refined.distance + index * refined.run) * refined.forward
-        point = point + (refined.height + index * refined.rise) * refined.up
-        lines.append(camera.project(np.array([point + high * left, point + low * left])).reshape(4))
-    found = np.array(lines).reshape(-1, 4)
-    return np.asarray(found[np.isfinite(found).all(axis=1)])
+    """The nosings of a candidate's profile over the strips that found it, in pixels."""
+    fitted, elevation = candidate.fitted, candidate.scene.elevation
+    assert fitted is not None
+    up, forward = fitted.axes(elevation)
+    left = cross(up, forward)
+    bearings = elevation.bearing[candidate.lattice.strips]
+    s, z = fitted.profile.nosing_distances, fitted.profile.tread_heights[1:]
+    points = s[:, None, None] * (forward + np.array([bearings.max(), bearings.min()])[:, None] * left)
+    lines = camera.project(points + z[:, None, None] * up).reshape(-1, 4)
+    return np.asarray(lines[np.isfinite(lines).all(axis=1)])
 
 
 def _paint(treads: Mask, risers: Mask, image: InverseDepthImage, candidate: Candidate) -> None:
-    """Mark a candidate's surfaces, of all its pixels, in masks of the frame's size."""
-    refined = candidate.refined
-    assert refined is not None
-    columns = (int(refined.pixels.column.min()), int(refined.pixels.column.max()) + 1)
-    pixels = gather_pixels(image, refined.up, refined.forward, columns=columns)
-    members = find_members(
-        pixels,
-        distance=refined.distance,
-        height=refined.height,
-        run=refined.run,
-        rise=refined.rise,
-        noise=refined.noise,
-        num_nosings=len(refined.nosings.num_tread_pixels),
-        slab_thickness=MAX_THICKNESS if refined.is_open else None,
+    """Mark the pixels that lie on a candidate's surfaces in masks of the frame's size."""
+    fitted, elevation = candidate.fitted, candidate.scene.elevation
+    assert fitted is not None
+    up, forward = fitted.axes(elevation)
+    rays = image.camera.rays()
+    ahead = rays @ forward
+    bearings = elevation.bearing[candidate.lattice.strips]
+    bearing = (rays @ cross(up, forward)) / np.where(ahead > 0, ahead, np.inf)
+    row, column = np.nonzero(
+        (ahead > 0) & image.valid & (bearing < bearings.max() + 0.1) & (bearing > bearings.min() - 0.1)
     )
-    for mask, chosen in ((treads, members.tread), (risers, members.riser)):
+    slope = (rays[row, column] @ up) / ahead[row, column]
+    outline, predicted = fitted.predict(slope)
+    measured = image.inverse_depth[row, column] / ahead[row, column]
+    # A strip's ray averages sixteen pixels.
+    tolerance = tolerances(outline, predicted, fitted.profile, 4.0 * fitted.noise)
+    on = np.abs(measured - predicted.inverse_distance) < tolerance
+    surface = outline.surface[predicted.piece]
+    is_tread = surface == Surface.TREAD
+    is_riser = (surface == Surface.RISER) | (surface == Surface.FRONT)
+    for mask, chosen in ((treads, on & is_tread), (risers, on & is_riser)):
         small = np.zeros(image.valid.shape, dtype=bool)
-        small[pixels.row[chosen], pixels.column[chosen]] = True
+        small[row[chosen], column[chosen]] = True
         large = np.repeat(np.repeat(small, image.stride, axis=0), image.stride, axis=1)
         height, width = large.shape
         mask[:height, :width] |= large

@@ -1,0 +1,225 @@
+"""From a lattice to a judged candidate: fit a profile, see which steps there are, judge, observe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray
+from stairmap.config import Config
+from stairmap.detection.elevation import Elevation, strip_columns
+from stairmap.detection.evidence import Evidence, all_rays, choose_steps, count_evidence, is_level_seen
+from stairmap.detection.extents import StepExtents, measure_extents
+from stairmap.detection.fit import FittedProfile, Rays, fit_profile, gather_rays, turned_rays
+from stairmap.detection.inverse_depth import InverseDepthImage
+from stairmap.detection.judgement import Case, common_extent, find_rejections
+from stairmap.detection.lattice import Lattice
+from stairmap.detection.observation import Rejection, StairEdge, StairObservation
+from stairmap.detection.profile import USUAL_THICKNESS, StairProfile
+from stairmap.geometry import cross
+
+TRIED_BELOW, TRIED_ABOVE = 6, 8
+"""Steps below and above those found that are tried: far off, few rows are left of each, too few for the
+search."""
+
+MAX_ROUNDS = 3
+"""How often the steps that are seen are fitted and looked for again."""
+
+OPEN_SHARE = 0.35
+"""Where more than this share of the rays towards risers go through, the same steps are tried as slabs."""
+
+PIXELS_PER_RAY = 16
+"""Pixels that a ray of a strip averages."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scene:
+    """One frame along one heading.
+
+    Attributes
+    ----------
+    image
+        Inverse depth.
+    elevation
+        Its scans along the heading.
+    noise
+        Standard deviation of inverse distance of a ray of a strip, 1/m.
+    up_std
+        Standard deviation of the direction of up, rad.
+    stamp_ns
+        Stamp of the frame.
+    """
+
+    image: InverseDepthImage
+    elevation: Elevation
+    noise: float
+    up_std: float
+    stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate:
+    """Something that repeats like stairs, and what became of it.
+
+    Attributes
+    ----------
+    observation
+        The observation, or ``None`` when it was rejected.
+    rejections
+        The rules that rejected it.
+    score
+        Number of its steps, and in the fraction how many rays support it.
+    scene, lattice
+        Where it was found.
+    fitted, evidence
+        The profile of the steps that were seen and what the rays say of them; ``None`` when none could be
+        fitted.
+    """
+
+    observation: StairObservation | None
+    rejections: tuple[Rejection, ...]
+    score: float
+    scene: Scene
+    lattice: Lattice
+    fitted: FittedProfile | None
+    evidence: Evidence | None
+
+
+def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
+    """Fit, count and judge the stairs that a lattice suggests."""
+    strips = np.flatnonzero(lattice.strips)
+    measured, everything = gather_rays(scene.elevation, strips), all_rays(scene.elevation, strips)
+    start = StairProfile(
+        distance=lattice.distance,
+        height=lattice.height,
+        run=lattice.run,
+        rise=lattice.rise,
+        num_steps=int(lattice.indices[-1]) + 1,
+    )
+    seen = _fit_seen_steps(scene, measured, everything, start)
+    if seen is not None and _lets_through(seen[1]) and start.run > 0:
+        slabs = replace(start, is_open=True, thickness=USUAL_THICKNESS)
+        opened = _fit_seen_steps(scene, measured, everything, slabs)
+        if opened is not None and opened[1].on.sum() > 0 and not _lets_through(opened[1]):
+            seen = opened
+    if seen is None:
+        limit = config.detection.min_steps
+        rejection = Rejection(rule="min_steps", measured=len(lattice.indices), limit=limit, unit="1")
+        return Candidate(
+            observation=None, rejections=(rejection,), score=0.5 * len(lattice.indices), scene=scene,
+            lattice=lattice, fitted=None, evidence=None,
+        )  # fmt: skip
+    fitted, evidence = seen
+    columns = strip_columns(len(scene.elevation.grid.bearing), lattice.strips, margin=1)
+    extents = measure_extents(scene.image, scene.elevation, fitted, columns)
+    chosen = np.flatnonzero(evidence.is_seen & np.isfinite(extents.left - extents.right))
+    left = common_extent(extents.left, extents.left_bounded, chosen, 1.0)
+    right = common_extent(extents.right, extents.right_bounded, chosen, -1.0)
+    width = left - right if len(chosen) else 0.0
+    rays = turned_rays(everything, fitted)
+    case = Case(fitted=fitted, evidence=evidence, rays=rays, width=width, num_found=len(lattice.indices))
+    rejections = find_rejections(case, config)
+    observation = None
+    if not rejections:
+        observation = _observe(case, extents, chosen, scene)
+    return Candidate(
+        observation=observation,
+        rejections=rejections,
+        score=float(np.count_nonzero(evidence.is_seen)) + float(evidence.on.sum()) / len(rays.slope),
+        scene=scene,
+        lattice=lattice,
+        fitted=fitted,
+        evidence=evidence,
+    )
+
+
+def _lets_through(evidence: Evidence) -> bool:
+    """Whether rays go through risers as if there were none."""
+    return bool(evidence.farther.sum() > OPEN_SHARE * (evidence.farther.sum() + evidence.on.sum()))
+
+
+def _fit_seen_steps(
+    scene: Scene, measured: Rays, everything: Rays, start: StairProfile
+) -> tuple[FittedProfile, Evidence] | None:
+    """Fit the steps that found a lattice, look which others there are, and fit those."""
+    profile, fitted = start, None
+    grid = scene.elevation.grid
+    for _ in range(MAX_ROUNDS):
+        fitted = fit_profile(
+            measured, profile, noise=scene.noise, row_size=grid.row_size, known_shift=grid.edge_shift,
+            up_std=scene.up_std, around=fitted,
+        )  # fmt: skip
+        if fitted is None:
+            return None
+        wider = fitted.profile.with_steps(TRIED_BELOW, TRIED_ABOVE)
+        rays = turned_rays(everything, fitted)
+        evidence = count_evidence(rays, fitted, wider)
+        found = (TRIED_BELOW, TRIED_BELOW + fitted.profile.num_steps - 1)
+        span = choose_steps(evidence, found)
+        if span is None or span[1] - span[0] < 1:
+            return None
+        profile = wider.with_steps(-span[0], span[1] + 1 - wider.num_steps)
+        if span == found:
+            break
+    return fitted, count_evidence(turned_rays(everything, fitted), fitted, fitted.profile)
+
+
+def _observe(case: Case, extents: StepExtents, chosen: IntArray, scene: Scene) -> StairObservation:
+    """The observation of the steps that were seen; step 0 is the lowest of them."""
+    fitted, evidence = case.fitted, case.evidence
+    profile = fitted.profile
+    up, ahead = fitted.axes(scene.elevation)
+    left_axis = cross(up, ahead)
+    descending = profile.run < 0
+    s, z = profile.nosing_distances, profile.tread_heights[1:]
+    edges = []
+    for index in chosen:
+        point = s[index] * ahead + z[index] * up
+        ends = [point + extents.left[index] * left_axis, point + extents.right[index] * left_axis]
+        bounded = [bool(extents.left_bounded[index]), bool(extents.right_bounded[index])]
+        if descending:
+            ends.reverse()
+            bounded.reverse()
+        edges.append(
+            StairEdge(
+                nosing=np.array(ends),
+                step_index=int(index - chosen[0]),
+                left_bounded=bounded[0],
+                right_bounded=bounded[1],
+                cue="crease" if evidence.on_tread[index] > 0 else "jump",
+                num_pixels=int(evidence.on[index] + evidence.on_tread[index]) * PIXELS_PER_RAY,
+                std=(float(fitted.step_std[index, 0]), float(fitted.step_std[index, 1])),
+            )
+        )
+    lowest = int(chosen[0])
+    middle = np.mean([edge.nosing.mean(axis=0) @ left_axis for edge in edges])
+    origin = (profile.distance + lowest * profile.run) * ahead + (profile.height + lowest * profile.rise) * up
+    return StairObservation(
+        stamp_ns=scene.stamp_ns,
+        view="descending" if descending else "ascending",
+        up=up,
+        forward=-ahead if descending else ahead,
+        edges=tuple(edges),
+        rise=profile.rise,
+        run=abs(profile.run),
+        width=case.width,
+        origin=origin + float(middle) * left_axis,
+        covariance=_covariance_at(fitted, lowest),
+        rise_information=fitted.rise_information,
+        overhang=max(profile.overhang, 0.0),
+        overhang_std=fitted.overhang_std,
+        floor_seen=is_level_seen(case.rays, profile, is_top=False),
+        top_seen=is_level_seen(case.rays, profile, is_top=True),
+        points=np.concatenate([edge.nosing for edge in edges]),
+    )
+
+
+def _covariance_at(fitted: FittedProfile, lowest: int) -> Float64Array:
+    """The covariance with the origin moved to the lowest step that was seen, run counted positive."""
+    jacobian = np.eye(6)
+    jacobian[2, 1], jacobian[3, 0] = lowest, lowest
+    if fitted.profile.run < 0:
+        jacobian[1] *= -1.0
+        jacobian[2] *= -1.0
+    return np.asarray(jacobian @ fitted.covariance @ jacobian.T)

@@ -1,0 +1,271 @@
+"""Count what the rays say of each step of a profile: on it, hidden, seen through, or not measured.
+
+A ray is *on* the profile where it met what was predicted, *nearer* where something hides it, *farther* where
+it passed through what should be solid, and *unmeasured* where the sensor gave nothing. A nosing is where a
+surface ends: beneath it rays lie on the step, above it they go farther than that surface continued. This one
+comparison with the surface that goes on tells a step from a wall (a riser that goes on upward) and from a
+floor (a level that goes on forward).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray, Mask
+from stairmap.detection.elevation import Elevation
+from stairmap.detection.fit import FittedProfile, Rays
+from stairmap.detection.profile import MIN_FORWARD, Outline, Prediction, StairProfile, Surface
+
+SURFACE_TOLERANCE = 0.012
+"""A ray this near a surface, along its normal, is on it, m: three times the irregularity of built steps."""
+
+NUM_SIGMA = 3.0
+"""... beyond so many standard deviations of its noise."""
+
+MAX_TOLERANCE_SHARE = 0.3
+"""... and never more than this share of a run (risers) or a rise (treads)."""
+
+MIN_ON_SHARE = 0.5
+"""Share of the rays that reached a step's surface, not hidden, that must lie on it."""
+
+MIN_SHOWN_SHARE = 0.2
+"""Share of all measured rays towards a step that must lie on it: what is hidden by more is not seen."""
+
+MIN_RAYS = 4
+"""Fewest rays of strips on a step; each averages sixteen pixels."""
+
+MAX_CONTINUED = 0.5
+"""Where more than this share of the rays above a nosing see its surface go on, it is none."""
+
+CONTINUED_HEIGHT = 0.8
+"""How far above a nosing it is looked whether its surface goes on, in rises (or in runs, for a level)."""
+
+MAX_UNSEEN = 1
+"""Steps on end that may be hidden before stairs end for the eye."""
+
+SIDE_SHARE = 0.03
+"""Stairs reach from this share to the rest of the rays on them, ordered across: a few lie beside them."""
+
+FAR_LEVEL = (1.15, 1.8)
+"""A level that is seen between so many runs from its nosing is a floor or a landing: treads end before."""
+
+MIN_LEVEL_RAYS = 6
+"""Fewest rays on such a level."""
+
+LEVEL_TOLERANCE = 0.3
+"""A floor or landing lies within this share of a rise of where the next tread would."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """What rays say of each step; all arrays are (num_steps,), counts of rays of strips.
+
+    Attributes
+    ----------
+    on, nearer, farther, unmeasured
+        Rays towards what tells the step: its riser and front, or its tread where stairs descend.
+    on_tread, farther_tread
+        The same of the tread behind the nosing; not all of them show.
+    continued, ended
+        Rays just above the nosing that see the surface beneath it go on, and that do not.
+    is_seen
+        Whether the step counts as seen.
+    """
+
+    on: IntArray
+    nearer: IntArray
+    farther: IntArray
+    unmeasured: IntArray
+    on_tread: IntArray
+    farther_tread: IntArray
+    continued: IntArray
+    ended: IntArray
+
+    @property
+    def is_seen(self) -> Mask:
+        """(num_steps,) whether rays lie on the step, and its surface ends at its nosing."""
+        measured = self.on + self.farther + self.nearer
+        shows = (self.on >= MIN_RAYS) & (self.on >= MIN_ON_SHARE * (self.on + self.farther))
+        shows &= self.on >= MIN_SHOWN_SHARE * measured
+        return np.asarray(shows & (self.continued <= MAX_CONTINUED * (self.continued + self.ended)))
+
+    @property
+    def is_refuted(self) -> Mask:
+        """(num_steps,) whether rays went through where the step would be, or its surface goes on."""
+        through = self.farther > MIN_ON_SHARE * (self.on + self.farther)
+        goes_on = self.continued > MAX_CONTINUED * (self.continued + self.ended)
+        return np.asarray((through & (self.farther >= MIN_RAYS)) | (goes_on & (self.continued >= MIN_RAYS)))
+
+
+def all_rays(elevation: Elevation, strips: IntArray) -> Rays:
+    """Return all rays of some strips, also those without a measurement, whose inverse distance is 0."""
+    num_rows = len(elevation.slope)
+    row, place = np.divmod(np.arange(num_rows * len(strips)), len(strips))
+    strip = strips[place]
+    return Rays(
+        slope=elevation.slope[row],
+        bearing=elevation.bearing[strip],
+        inverse_distance=elevation.inverse_distance[row, strip],
+        row=row,
+        strip=strip,
+    )
+
+
+def tolerances(outline: Outline, prediction: Prediction, profile: StairProfile, noise: float) -> Float64Array:
+    """(N,) how far inverse distance may be off for a ray to be on its surface, 1/m."""
+    line, surface = outline.line[prediction.piece], outline.surface[prediction.piece]
+    is_level = (surface == Surface.TREAD) | (surface == Surface.UNDERSIDE)
+    q = prediction.inverse_distance
+    sensitivity = np.where(is_level, np.abs(q * line[:, 1]), q**2)
+    limit = np.where(is_level, profile.rise, abs(profile.run)) * MAX_TOLERANCE_SHARE
+    return np.asarray(np.minimum(SURFACE_TOLERANCE * sensitivity + NUM_SIGMA * noise, limit * sensitivity))
+
+
+def count_evidence(rays: Rays, fitted: FittedProfile, profile: StairProfile) -> Evidence:
+    """Count the rays of some strips for and against each step of a profile.
+
+    Rays beside the stairs say nothing of them: only those count that would meet the profile between the
+    sides of what lies on it.
+
+    Parameters
+    ----------
+    rays
+        All rays of the strips, in the fitted axes.
+    fitted
+        How the sensor shows edges, and the noise.
+    profile
+        The fitted profile, mostly with more steps than were found: they are tried here.
+    """
+    n = profile.num_steps
+    outline, predicted = fitted.predict(rays.slope, profile)
+    tolerance = tolerances(outline, predicted, profile, fitted.noise)
+    surface, step = outline.surface[predicted.piece], outline.step[predicted.piece]
+    # Where an edge's place within the row decides what a ray sees, it tells nothing of the surface.
+    is_plain = predicted.edge_spread < tolerance
+    measured = rays.inverse_distance > 0
+    off = rays.inverse_distance - predicted.inverse_distance
+    is_on = measured & (np.abs(off) < tolerance)
+    is_nearer, is_farther = measured & (off >= tolerance), measured & (off <= -tolerance)
+    is_face = (surface == Surface.RISER) | (surface == Surface.FRONT)
+    is_tread = surface == Surface.TREAD
+    is_own = is_face if profile.run > 0 else is_tread
+    # Across the stairs, at the distance that is predicted.
+    across = rays.bearing / np.maximum(predicted.inverse_distance, 1e-6)
+    on_steps = np.sort(across[is_on & is_own & (step >= 0)])
+    if len(on_steps):
+        few = int(SIDE_SHARE * len(on_steps))
+        inside = (across >= on_steps[few]) & (across <= on_steps[-1 - few])
+    else:
+        inside = np.zeros(len(across), dtype=bool)
+    is_beside = is_tread if profile.run > 0 else np.zeros(len(step), bool)
+
+    def count(chosen: Mask) -> IntArray:
+        kept = chosen & (step >= 0)
+        return np.bincount(step[kept], minlength=n)
+
+    own, beside = is_own & is_plain & inside, is_beside & is_plain & inside
+    continued, ended = _continuations(rays, predicted, profile, fitted.noise, inside)
+    return Evidence(
+        on=count(own & is_on),
+        nearer=count(own & is_nearer),
+        farther=count(own & is_farther),
+        unmeasured=count(own & ~measured),
+        on_tread=count(beside & is_on),
+        farther_tread=count(beside & is_farther),
+        continued=continued,
+        ended=ended,
+    )
+
+
+def _continuations(
+    rays: Rays, predicted: Prediction, profile: StairProfile, noise: float, usable: Mask
+) -> tuple[IntArray, IntArray]:
+    """Rays above each nosing that see the surface beneath it go on, and that see it ended."""
+    n = profile.num_steps
+    s, z = np.maximum(profile.nosing_distances, MIN_FORWARD), profile.tread_heights[1:]
+    nosing = z / s
+    if profile.run > 0:
+        top = (z + CONTINUED_HEIGHT * profile.rise) / s
+        line = np.stack([1.0 / s, np.zeros(n)], axis=1)
+        reach = 1.0 / s**2 * abs(profile.run)
+    else:
+        top = z / (s + CONTINUED_HEIGHT * abs(profile.run))
+        line = np.stack([np.zeros(n), 1.0 / np.minimum(z, -1e-3)], axis=1)
+        reach = np.full(n, np.inf)
+    continued, ended = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
+    valid = (profile.nosing_distances > MIN_FORWARD) & (top > nosing)
+    usable = usable & (rays.inverse_distance > 0)
+    for k in np.flatnonzero(valid):
+        inside = np.flatnonzero((rays.slope > nosing[k]) & (rays.slope < top[k]) & usable)
+        going_on = line[k, 0] + line[k, 1] * rays.slope[inside]
+        expected = np.maximum(predicted.inverse_distance[inside], predicted.farthest[inside])
+        q = rays.inverse_distance[inside]
+        # Only where the two can be told apart; what is nearer than both hides them.
+        differ = going_on - expected > 2.0 * NUM_SIGMA * noise
+        tolerance = np.minimum(SURFACE_TOLERANCE * going_on**2 + NUM_SIGMA * noise, 0.5 * reach[k])
+        differ &= q < going_on + tolerance
+        continues = q > 0.5 * (going_on + expected)
+        continued[k] = np.count_nonzero(differ & continues)
+        ended[k] = np.count_nonzero(differ & ~continues)
+    return continued, ended
+
+
+def choose_steps(evidence: Evidence, found: tuple[int, int]) -> tuple[int, int] | None:
+    """Return the first and last step of the stairs that were seen, or ``None``.
+
+    From the best step that found the lattice it is gone up and down. A step that is hidden or shows too
+    little may be passed over if the next one is seen; one that is refuted ends the stairs.
+
+    Parameters
+    ----------
+    evidence
+        Of all steps that are tried.
+    found
+        First and last step that found the lattice.
+    """
+    is_seen, is_refuted = evidence.is_seen, evidence.is_refuted
+    inside = np.zeros(len(is_seen), dtype=bool)
+    inside[found[0] : found[1] + 1] = True
+    if not (is_seen & inside).any():
+        return None
+    main = int(np.argmax(np.where(is_seen & inside, evidence.on, -1)))
+    ends = []
+    for direction in (-1, 1):
+        end, place, unseen = main, main + direction, 0
+        while 0 <= place < len(is_seen) and unseen <= MAX_UNSEEN:
+            if is_seen[place]:
+                end, unseen = place, 0
+            elif is_refuted[place]:
+                break
+            else:
+                unseen += 1
+            place += direction
+        ends.append(end)
+    return ends[0], ends[1]
+
+
+def is_level_seen(rays: Rays, profile: StairProfile, *, is_top: bool) -> bool:
+    """Whether the level before the first nosing, or behind the last, reaches farther than a tread does.
+
+    Parameters
+    ----------
+    rays
+        Rays of the stairs' strips in the fitted axes.
+    profile
+        The steps that were seen.
+    is_top
+        Whether the level behind the last nosing is meant.
+    """
+    q = np.maximum(rays.inverse_distance, 1e-6)
+    s, z = 1.0 / q, rays.slope / q
+    if is_top:
+        x = (s - profile.nosing_distances[-1]) / profile.run
+        off = z - profile.tread_heights[-1]
+    else:
+        x = (profile.nosing_distances[0] - s) / profile.run
+        off = z - profile.tread_heights[0]
+    inside = (rays.inverse_distance > 0) & (x > FAR_LEVEL[0]) & (x < FAR_LEVEL[1])
+    on_level = np.count_nonzero(inside & (np.abs(off) < LEVEL_TOLERANCE * profile.rise))
+    return bool(on_level >= max(MIN_LEVEL_RAYS, 0.5 * np.count_nonzero(inside)))

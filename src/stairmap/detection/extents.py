@@ -1,0 +1,236 @@
+"""Measure how far each step reaches to either side, and whether its own end was seen there.
+
+Rows of an elevation run along the steps. So each row that shows a step is followed from end to end of the
+rays that lie on it, and a step's end is the median of its rows. What follows past the end tells whether it is
+the step's own: something farther, or a wall that stands there, and not something nearer that hides the rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray, Mask
+from stairmap.detection.elevation import Elevation, sample_grid
+from stairmap.detection.evidence import tolerances
+from stairmap.detection.fit import FittedProfile
+from stairmap.detection.inverse_depth import InverseDepthImage
+from stairmap.detection.profile import Surface
+
+MAX_BRIDGE = 0.20
+"""Gaps in a step up to this width, m, are bridged: balusters, a foot, a bag."""
+
+LOOK_OUTWARD = np.array([0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.10, 0.125, 0.15])
+"""How far past an end it is looked, m: stringers and rails are thinner than the last."""
+
+WALL_NEAR, WALL_FAR = -0.05, 0.10
+"""What is nearer than the step between so far inside and outside of its end, m, is a wall that stands there."""
+
+DEPTH_STEP, DEPTH_STEP_SQUARE = 0.06, 0.01
+"""Past an end something is nearer or farther by at least this much, m, and so much more per square metre of
+distance, with which the noise of triangulating sensors grows."""
+
+MAX_RAMP = 8
+"""Most columns over which a smoothing sensor spreads an end."""
+
+MIN_COLUMNS = 3
+"""Fewest columns of a row on a step."""
+
+MIN_ROWS = 2
+"""Fewest rows that tell a step's end."""
+
+MIN_BOUNDED_ROWS = 2
+"""Fewest rows that show an end to be the step's own."""
+
+BOUNDED_FACTOR = 2.0
+"""An end is the step's own where this many times more rows say so than deny it."""
+
+END_STD = 0.5
+"""Standard deviation of a row's end, columns."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepExtents:
+    """Lateral extents of each step, m to the left of the camera's sagittal plane; all (num_steps,).
+
+    Attributes
+    ----------
+    left, right
+        Ends of the step; NaN where it was not seen.
+    left_bounded, right_bounded
+        Whether the step's own end was seen there, not the image's border or an occlusion.
+    """
+
+    left: Float64Array
+    right: Float64Array
+    left_bounded: Mask
+    right_bounded: Mask
+
+
+def measure_extents(
+    image: InverseDepthImage, elevation: Elevation, fitted: FittedProfile, columns: tuple[int, int]
+) -> StepExtents:
+    """Measure how far each step of a fitted profile reaches to either side.
+
+    Parameters
+    ----------
+    image
+        Inverse depth of the frame.
+    elevation
+        Its elevation.
+    fitted
+        The profile of the steps that were seen.
+    columns
+        First column of the grid that is looked at, and one past the last.
+    """
+    n = fitted.profile.num_steps
+    grid = elevation.grid
+    bearing = grid.bearing[columns[0] : columns[1]]
+    rows = _rows_of_steps(grid.slope, fitted, n)
+    if len(rows) == 0 or len(bearing) < MIN_COLUMNS:
+        nothing = np.full(n, np.nan)
+        return StepExtents(left=nothing, right=nothing, left_bounded=nothing > 0, right_bounded=nothing > 0)
+    cells = sample_grid(image, grid, bearing)[rows].astype(np.float64)
+    slope = grid.slope[rows, None]
+    ahead = 1.0 - fitted.tilt * slope + fitted.turn * bearing
+    turned = (slope + fitted.tilt + fitted.roll * bearing) / ahead
+    cells /= ahead
+    across = (bearing - fitted.roll * slope - fitted.turn) / ahead
+    outline, predicted = fitted.predict(turned.ravel())
+    expected = predicted.inverse_distance.reshape(cells.shape)
+    tolerance = tolerances(outline, predicted, fitted.profile, 2.0 * fitted.noise).reshape(cells.shape)
+    step = outline.step[predicted.piece].reshape(cells.shape)
+    own = _is_own(outline.surface[predicted.piece], fitted).reshape(cells.shape)
+    on = (cells > 0) & (np.abs(cells - expected) < tolerance) & own
+    middle = cells.shape[1] // 2
+    row_step = step[:, middle]
+    # A step's distance is that of the row, so that columns are metres.
+    distance = 1.0 / expected
+    lateral = across * distance
+    return _extents(_Rows(cells=cells, on=on, lateral=lateral, distance=distance, step=row_step), n)
+
+
+def _rows_of_steps(slope: Float64Array, fitted: FittedProfile, n: int) -> IntArray:
+    """Rows that show a surface which tells a step."""
+    outline, predicted = fitted.predict(slope)
+    step = outline.step[predicted.piece]
+    is_plain = predicted.edge_spread < 2.0 * fitted.noise + 0.02 * predicted.inverse_distance
+    own = _is_own(outline.surface[predicted.piece], fitted)
+    return np.flatnonzero(own & (step >= 0) & (step < n) & is_plain)
+
+
+def _is_own(surface: IntArray, fitted: FittedProfile) -> Mask:
+    is_face = (surface == Surface.RISER) | (surface == Surface.FRONT)
+    is_tread = surface == Surface.TREAD
+    return np.asarray(is_face | is_tread if fitted.profile.run > 0 else is_tread)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Rows:
+    """Rows of a grid that show steps; arrays are (R, C), ``step`` is (R,)."""
+
+    cells: Float64Array
+    on: Mask
+    lateral: Float64Array
+    distance: Float64Array
+    step: IntArray
+
+
+def _extents(rows: _Rows, n: int) -> StepExtents:
+    row, first, last = _longest_runs(rows)
+    step = rows.step[row]
+    ends, bounded = [], []
+    for inner, side in ((first, -1), (last, 1)):
+        # Bearings fall from left to right, so the first column is the left end.
+        at_end = _look_outward(rows, row, inner, side)
+        position = _end_positions(rows, row, inner, side, at_end.is_free)
+        tells = at_end.is_bounded
+        values, is_bounded = np.full(n, np.nan), np.zeros(n, dtype=bool)
+        for k in np.unique(step):
+            mine = step == k
+            num_bounded, num_not = np.count_nonzero(mine & tells), np.count_nonzero(mine & at_end.is_cut)
+            is_bounded[k] = num_bounded >= MIN_BOUNDED_ROWS and num_bounded > BOUNDED_FACTOR * num_not
+            chosen = mine & tells if is_bounded[k] else mine
+            if np.count_nonzero(mine) >= MIN_ROWS:
+                values[k] = np.median(position[chosen])
+        ends.append(values)
+        bounded.append(is_bounded)
+    return StepExtents(left=ends[0], right=ends[1], left_bounded=bounded[0], right_bounded=bounded[1])
+
+
+def _longest_runs(rows: _Rows) -> tuple[IntArray, IntArray, IntArray]:
+    """Row, first and last column of the longest stretch on a step of each row, short gaps bridged."""
+    num_rows, num_columns = rows.on.shape
+    padded = np.zeros((num_rows, num_columns + 2), dtype=np.int8)
+    padded[:, 1:-1] = rows.on
+    change = np.diff(padded, axis=1)
+    row, first = np.nonzero(change == 1)
+    last = np.nonzero(change == -1)[1] - 1
+    if len(row) == 0:
+        return row, first, last
+    gap = np.abs(rows.lateral[row[1:], first[1:]] - rows.lateral[row[:-1], last[:-1]])
+    starts = np.flatnonzero(np.append(True, (row[1:] != row[:-1]) | (gap > MAX_BRIDGE)))
+    ends = np.append(starts[1:], len(row)) - 1
+    row, first, last = row[starts], first[starts], last[ends]
+    order = np.lexsort((last - first, row))
+    is_longest = np.append(row[order][1:] != row[order][:-1], True)
+    chosen = order[is_longest]
+    chosen = chosen[last[chosen] - first[chosen] + 1 >= MIN_COLUMNS]
+    return row[chosen], first[chosen], last[chosen]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Beyond:
+    """What follows past the ends of some rows, (N,) each: the step's own end, before something farther; or
+    what cut it."""
+
+    is_bounded: Mask
+    is_free: Mask
+    is_cut: Mask
+
+
+def _look_outward(rows: _Rows, row: IntArray, inner: IntArray, side: int) -> _Beyond:
+    """Look past the end of each row, to the right for side +1, to the left for -1."""
+    num_columns = rows.cells.shape[1]
+    distance, own = rows.distance[row, inner], rows.cells[row, inner]
+    spacing = np.abs(rows.lateral[row, 0] - rows.lateral[row, -1]) / max(num_columns - 1, 1)
+    offset = np.ceil(LOOK_OUTWARD / spacing[:, None]).astype(np.int64)
+    offset = np.maximum(offset, np.arange(1, len(LOOK_OUTWARD) + 1))
+    column = inner[:, None] + side * offset
+    in_image = (column >= 0) & (column < num_columns)
+    kept = column.clip(0, num_columns - 1)
+    q = rows.cells[row[:, None], kept] * in_image
+    tolerance = (DEPTH_STEP + DEPTH_STEP_SQUARE * distance**2) / distance
+    is_nearer = q > (own * (1 + tolerance))[:, None]
+    is_farther = (q > 0) & (q < (own * (1 - tolerance))[:, None])
+    # Where the nearer thing stands: across at its own distance, not the step's.
+    t = rows.lateral[row[:, None], kept] / rows.distance[row[:, None], kept] / np.where(q > 0, q, 1.0)
+    past_end = -side * (t - rows.lateral[row, inner][:, None])
+    is_wall = is_nearer & (past_end > WALL_NEAR) & (past_end < WALL_FAR)
+    never = len(LOOK_OUTWARD)
+    first_nearer, first_farther, first_outside = (
+        np.where(seen.any(axis=1), np.argmax(seen, axis=1), never)
+        for seen in (is_nearer, is_farther, ~in_image)
+    )
+    is_free = (first_farther < first_nearer) & (first_farther < never)
+    hidden = (first_nearer < never) & ~is_free
+    at_wall = hidden & (first_farther == never) & (is_wall.sum(axis=1) > 0.5 * is_nearer.sum(axis=1))
+    cut = ~is_free & ~hidden & (first_outside < never)
+    return _Beyond(is_bounded=is_free | at_wall, is_free=is_free, is_cut=(hidden & ~at_wall) | cut)
+
+
+def _end_positions(rows: _Rows, row: IntArray, inner: IntArray, side: int, is_free: Mask) -> Float64Array:
+    """Lateral position of each row's end, m: half a column past the last one on the step, or, where a sensor
+    made a ramp of the end, where inverse distance is halfway to what follows."""
+    num_columns = rows.cells.shape[1]
+    column = inner[:, None] + side * np.arange(1, MAX_RAMP + 1)
+    in_image = (column >= 0) & (column < num_columns)
+    q = rows.cells[row[:, None], column.clip(0, num_columns - 1)] * in_image
+    own = rows.cells[row, inner]
+    beyond = np.where(q > 0, q, np.inf).min(axis=1)
+    halfway = 0.5 * (own + np.where(np.isfinite(beyond), np.minimum(beyond, own), own))
+    is_ramp = np.logical_and.accumulate(q > halfway[:, None], axis=1)
+    num_more = np.where(is_free, is_ramp.sum(axis=1), 0)
+    spacing = np.abs(rows.lateral[row, 0] - rows.lateral[row, -1]) / max(num_columns - 1, 1)
+    return np.asarray(rows.lateral[row, inner] - side * (num_more + 0.5) * spacing)

@@ -1,0 +1,501 @@
+"""Fit a stair profile to the rays of one frame.
+
+Every ray says at which inverse forward distance Q = 1/s it met something. A profile predicts it, with its
+derivatives, so robust Gauss-Newton adjusts the profile, how far the axes are turned, and the sensor's shift of
+edges together, until rays and prediction agree. Each step also gets its own place, held to the regular one by
+the irregularity of built stairs, so that an odd step neither pulls the others nor is pulled by them. The
+covariance is the inverse of the same equations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray, Vector, readonly
+from stairmap.detection.elevation import Elevation
+from stairmap.detection.profile import Outline, Prediction, StairProfile, Surface, outline_of, predict
+from stairmap.geometry import cross, normalized
+
+REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "slope")
+"""The values of a regular profile in the order of the equations; the shift of edges follows."""
+
+SHIFT = len(REGULAR)
+"""Place of the shift of edges in the equations; tilt, roll and turn follow, then the steps' own places."""
+
+TILT, ROLL, TURN, OFFSETS = SHIFT + 1, SHIFT + 2, SHIFT + 3, SHIFT + 4
+
+OVERHANG_STD = 0.03
+"""Codes allow overhangs of up to 32 mm (IBC), m."""
+
+THICKNESS_STD = 0.010
+"""Fronts of treads are 20 to 50 mm thick about ``USUAL_THICKNESS``, m."""
+
+RAKE_STD = 0.02
+"""Risers lean by little more than a degree; what leans more is mostly an overhang, m per m."""
+
+SLOPE_STD = 0.008
+"""Treads drain with 1 to 2 %, most not at all, m per m."""
+
+SHIFT_STD = 2.0
+"""Sensors that match windows move edges outward by up to half a window, rows."""
+
+TURN_STD = np.radians(10.0)
+"""The heading is known from normals or lines to a few degrees, rad."""
+
+STEP_IRREGULARITY = 0.004
+"""Standard deviation of a built step about the regular ones, m; surveys of flights found up to 11 (tread) and
+19 mm (rise), which the tails allow for."""
+
+FLOOR_IRREGULARITY = 0.008
+"""The same of the floor before the first step, m: its finish makes the first riser the least regular one."""
+
+TAIL = 2.0
+"""Beyond this many standard deviations a step or a ray pulls no harder (steps), or ever less (rays)."""
+
+SURFACE_STD = 0.0015
+"""Carpets, worn and uneven treads: how far a surface lies off its plane, m."""
+
+COARSE_STDS = (0.030, 0.015, 0.007, 0.003)
+"""In the first rounds the profile itself may be this wrong, m: rays farther off still pull."""
+
+NUM_FINE_ROUNDS = 3
+"""Rounds in which each step has its own place."""
+
+SMOOTHINGS = (0.5, 1.1, 2.2)
+"""Standard deviations of the blending of surfaces that are tried, rows: a pixel's footprint; a pixel and a
+half; a phone's LiDAR."""
+
+ROWS_PER_ENTRY = 0.5
+"""Predictions are tabulated at every half row; between them they are straight."""
+
+RAYS_PER_SAMPLE = 6.0
+"""Neighbouring rays err together: so many count as one independent sample."""
+
+MIN_NOISE = 1e-4
+"""No sensor knows inverse distance better, 1/m: a tenth of a millimetre at a metre."""
+
+MAX_NOISE_FACTOR = 10.0
+"""Largest factor between the noise seen about the profile and that told by the normals."""
+
+FLOOR_BEFORE, LEVEL_BEHIND = 1.0, 0.9
+"""How much of the floor before the first step, and of the level behind the last, is fitted, in runs."""
+
+ABOVE_LAST = 0.6
+"""How far above the last nosing rays are used, in rises."""
+
+MIN_RAYS = 40
+"""Fewest rays near the profile for a fit."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rays:
+    """What the rays of some strips of an elevation measured; all arrays are (N,).
+
+    Attributes
+    ----------
+    slope, bearing
+        tau and lambda of each.
+    inverse_distance
+        Q, 1/m.
+    row, strip
+        Where they stand in the elevation.
+    """
+
+    slope: Float64Array
+    bearing: Float64Array
+    inverse_distance: Float64Array
+    row: IntArray
+    strip: IntArray
+
+    def turned(self, tilt: float, roll: float, turn: float) -> Rays:
+        """Return the rays in axes turned by small angles, rad.
+
+        The new up is up + tilt·forward + roll·left, the new forward is forward - tilt·up + turn·left.
+        """
+        ahead = 1.0 - tilt * self.slope + turn * self.bearing
+        return replace(
+            self,
+            slope=(self.slope + tilt + roll * self.bearing) / ahead,
+            bearing=(self.bearing - roll * self.slope - turn) / ahead,
+            inverse_distance=self.inverse_distance / ahead,
+        )
+
+
+def gather_rays(elevation: Elevation, strips: IntArray) -> Rays:
+    """Return the measured rays of some strips."""
+    row, column = np.nonzero(elevation.inverse_distance[:, strips])
+    strip = strips[column]
+    return Rays(
+        slope=elevation.slope[row],
+        bearing=elevation.bearing[strip],
+        inverse_distance=elevation.inverse_distance[row, strip],
+        row=row,
+        strip=strip,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedProfile:
+    """A profile as the rays of one frame tell it.
+
+    Attributes
+    ----------
+    profile
+        The section of the stairs in the corrected axes.
+    tilt, roll, turn
+        How far these are turned against the elevation's, rad, as in ``Rays.turned``.
+    edge_shift, smoothing
+        How the sensor and the reduced image show edges, rows.
+    noise
+        Standard deviation of a ray's inverse distance about the profile, 1/m.
+    row_size
+        Height of a row as a slope.
+    covariance
+        (6, 6) of (rise, run, distance, height, tilt, turn), m and rad.
+    step_std
+        (num_steps, 2) of each nosing's place off the regular one, forward and up, m.
+    overhang_std
+        Of the overhang, m.
+    rise_information
+        (2, 3) what the rays say of rise and edge shift together (``StairObservation.rise_information``).
+    """
+
+    profile: StairProfile
+    tilt: float
+    roll: float
+    turn: float
+    edge_shift: float
+    smoothing: float
+    noise: float
+    row_size: float
+    covariance: Float64Array
+    step_std: Float64Array
+    overhang_std: float
+    rise_information: Float64Array
+
+    def __post_init__(self) -> None:
+        for name in ("covariance", "step_std", "rise_information"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    def axes(self, elevation: Elevation) -> tuple[Vector, Vector]:
+        """Return the corrected up and forward, (3,) unit vectors, camera frame."""
+        grid = elevation.grid
+        up = normalized(grid.up + self.tilt * grid.forward + self.roll * grid.left)
+        forward = grid.forward - self.tilt * grid.up + self.turn * grid.left
+        return up, normalized(forward - (forward @ up) * up)
+
+    def predict(self, slopes: Float64Array, profile: StairProfile | None = None) -> tuple[Outline, Prediction]:
+        """Return the outline and the prediction for rays of (N,) slopes, of another profile if one is given."""
+        profile = self.profile if profile is None else profile
+        outline = outline_of(profile, min_extent=self.smoothing * self.row_size)
+        return outline, predict(
+            outline, slopes, row_size=self.row_size, smoothing=self.smoothing, shift=self.edge_shift
+        )
+
+
+def fit_profile(
+    rays: Rays,
+    start: StairProfile,
+    *,
+    noise: float,
+    row_size: float,
+    known_shift: float,
+    up_std: float,
+    around: FittedProfile | None = None,
+) -> FittedProfile | None:
+    """Fit a profile to rays.
+
+    Parameters
+    ----------
+    rays
+        Rays of the strips in which the stairs lie.
+    start
+        Where to begin: a few centimetres off at most.
+    noise
+        Standard deviation of a ray's inverse distance as the normals tell it, 1/m.
+    row_size
+        Height of a row as a slope.
+    known_shift
+        How many rows reducing the image moved the edges of near surfaces outward.
+    up_std
+        Standard deviation of the direction of up, rad.
+    around
+        A fit with other steps of the same stairs, to go on from.
+
+    Returns
+    -------
+    The fitted profile, or ``None`` when too few rays lie near it or the equations break down.
+    """
+    noise = max(noise, MIN_NOISE)
+    state = _State(profile=start, shift=known_shift, angles=np.zeros(3), smoothing=SMOOTHINGS[0], noise=noise)
+    coarse_stds = COARSE_STDS
+    if around is not None:
+        angles = np.array([around.tilt, around.roll, around.turn])
+        state = replace(
+            state, shift=around.edge_shift, angles=angles, smoothing=around.smoothing, noise=around.noise
+        )
+        coarse_stds = COARSE_STDS[-2:]
+    prior = _Prior(start, known_shift, up_std)
+    equations = None
+    for coarse in (*coarse_stds, *(0.0,) * NUM_FINE_ROUNDS):
+        table = _Table(rays.turned(*state.angles), state, row_size)
+        if coarse == COARSE_STDS[-1]:
+            state = replace(state, smoothing=_best_smoothing(rays, state, row_size))
+            table = _Table(rays.turned(*state.angles), state, row_size)
+        if coarse == 0.0:
+            state = replace(state, noise=table.noise_seen(noise))
+        equations = table.equations(state, coarse)
+        if equations is None:
+            return None
+        is_fine = coarse == 0.0
+        matrix, gradient = equations
+        matrix, gradient = prior.added(matrix, gradient, state)
+        free = len(matrix) if is_fine else OFFSETS
+        try:
+            change = -np.linalg.solve(matrix[:free, :free], gradient[:free])
+        except np.linalg.LinAlgError:
+            return None
+        state = state.moved(change)
+        if not state.is_sane(start):
+            return None
+    return _result(state, matrix, equations[0], row_size, known_shift)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _State:
+    """All that a round changes."""
+
+    profile: StairProfile
+    shift: float
+    angles: Float64Array
+    smoothing: float
+    noise: float
+
+    def moved(self, change: Float64Array) -> _State:
+        profile = self.profile
+        values = {name: getattr(profile, name) + change[i] for i, name in enumerate(REGULAR)}
+        offsets = profile.offsets
+        if len(change) > OFFSETS:
+            offsets = offsets + change[OFFSETS:]
+        return replace(
+            self,
+            profile=replace(profile, offsets=offsets, **values),
+            shift=self.shift + float(change[SHIFT]),
+            angles=self.angles + change[TILT:OFFSETS],
+        )
+
+    def is_sane(self, start: StairProfile) -> bool:
+        """Whether the fit has not run away from where it began."""
+        profile = self.profile
+        return bool(
+            np.isfinite(profile.distance + profile.height + self.shift)
+            and 0.5 < profile.run / start.run < 2.0
+            and 0.5 < profile.rise / start.rise < 2.0
+            and abs(profile.distance - start.distance) < 0.5 * abs(start.run)
+            and np.abs(self.angles).max() < np.radians(25.0)
+        )
+
+
+class _Prior:
+    """What is known of stairs, sensors and axes before a ray is seen."""
+
+    def __init__(self, start: StairProfile, known_shift: float, up_std: float) -> None:
+        self.mean = np.zeros(OFFSETS)
+        self.std = np.full(OFFSETS, np.inf)
+        for name, mean, std in (
+            ("overhang", 0.0, OVERHANG_STD),
+            ("thickness", start.thickness, THICKNESS_STD),
+            ("rake", 0.0, RAKE_STD),
+            ("slope", 0.0, SLOPE_STD),
+        ):
+            self.mean[REGULAR.index(name)], self.std[REGULAR.index(name)] = mean, std
+        self.mean[SHIFT], self.std[SHIFT] = known_shift, SHIFT_STD
+        self.std[[TILT, ROLL]], self.std[TURN] = up_std, TURN_STD
+        self.irregularity = np.full(2 * start.num_steps + 1, STEP_IRREGULARITY)
+        self.irregularity[start.num_steps] = FLOOR_IRREGULARITY
+
+    def added(
+        self, matrix: Float64Array, gradient: Float64Array, state: _State
+    ) -> tuple[Float64Array, Float64Array]:
+        """The equations with the prior's part."""
+        profile = state.profile
+        values = np.array([*(getattr(profile, name) for name in REGULAR), state.shift, *state.angles])
+        pull = profile.offsets / self.irregularity
+        weight = np.minimum(1.0, TAIL / np.maximum(np.abs(pull), 1e-9)) / self.irregularity**2
+        information = np.concatenate([1.0 / self.std**2, weight])
+        deviation = np.concatenate([values - self.mean, profile.offsets])
+        return matrix + np.diag(information), gradient + information * deviation
+
+
+class _Table:
+    """A profile's predictions at every half row, and how rays compare with them."""
+
+    def __init__(self, rays: Rays, state: _State, row_size: float) -> None:
+        self.rays = rays
+        low, high = _slope_range(state.profile)
+        self.chosen = np.flatnonzero((rays.slope > low) & (rays.slope < high))
+        slope = rays.slope[self.chosen]
+        step = ROWS_PER_ENTRY * row_size
+        first = float(slope.min()) if len(slope) else low
+        count = int((float(slope.max()) - first) / step) + 2 if len(slope) else 1
+        self.entry = np.rint((slope - first) / step).astype(np.int64)
+        self.slopes = first + step * np.arange(count)
+        self.outline = outline_of(state.profile, min_extent=state.smoothing * row_size)
+        self.prediction = predict(
+            self.outline, self.slopes, row_size=row_size, smoothing=state.smoothing, shift=state.shift
+        )
+        predicted = self.prediction
+        expected = predicted.inverse_distance[self.entry]
+        expected = expected + predicted.by_slope[self.entry] * (slope - self.slopes[self.entry])
+        measured = np.maximum(rays.inverse_distance[self.chosen], predicted.farthest[self.entry])
+        self.residual = measured - expected
+        # How far Q moves with a surface that moves along its own normal.
+        line = self.outline.line[predicted.piece]
+        surface = self.outline.surface[predicted.piece]
+        is_level = (surface == Surface.TREAD) | (surface == Surface.UNDERSIDE)
+        q = predicted.inverse_distance
+        self.sensitivity = np.where(is_level, np.abs(q * line[:, 1]), q**2)
+
+    def noise_seen(self, told: float) -> float:
+        """Standard deviation of the rays about the profile away from its edges, 1/m."""
+        predicted = self.prediction
+        is_plain = predicted.edge_spread[self.entry] < told
+        is_plain &= np.abs(self.residual) < np.maximum(6.0 * told, 0.02 * self.sensitivity[self.entry])
+        if np.count_nonzero(is_plain) < MIN_RAYS:
+            return told
+        seen = 1.4826 * float(np.median(np.abs(self.residual[is_plain])))
+        return float(np.clip(seen, told / MAX_NOISE_FACTOR, told * MAX_NOISE_FACTOR))
+
+    def variance(self, noise: float, coarse: float) -> Float64Array:
+        """(G,) variance of rays at each entry."""
+        return np.asarray(
+            noise**2
+            + (SURFACE_STD**2 + coarse**2) * self.sensitivity**2
+            + self.prediction.edge_spread**2
+        )
+
+    def cost(self, noise: float, coarse: float) -> float:
+        """Robust cost of all rays, for comparing predictions."""
+        ratio = self.residual**2 / self.variance(noise, coarse)[self.entry]
+        return float(np.sum(ratio / (1.0 + ratio / TAIL**2)))
+
+    def equations(self, state: _State, coarse: float) -> tuple[Float64Array, Float64Array] | None:
+        """Normal matrix and gradient over all values, without the prior; ``None`` with too few rays."""
+        variance = self.variance(state.noise, coarse)[self.entry]
+        ratio = self.residual**2 / variance
+        # Rays beyond the tail pull ever less: what hides the stairs, or stands beside them, is no error.
+        weight = 1.0 / (1.0 + ratio / TAIL**2) ** 2
+        if weight.sum() < MIN_RAYS:
+            return None
+        weight /= variance * RAYS_PER_SAMPLE
+        count, bearing = len(self.slopes), self.rays.bearing[self.chosen]
+
+        def summed(values: Float64Array) -> Float64Array:
+            return np.bincount(self.entry, values, count)
+
+        plain, across, squared = summed(weight), summed(weight * bearing), summed(weight * bearing**2)
+        pull, pull_across = summed(weight * self.residual), summed(weight * self.residual * bearing)
+        used = np.flatnonzero(plain)
+        plain, across, squared, pull, pull_across = (
+            values[used] for values in (plain, across, squared, pull, pull_across)
+        )
+        shape = -self.prediction.gradient[used] @ _chain(state.profile.num_steps)
+        tau, q = self.slopes[used], self.prediction.inverse_distance[used]
+        by_slope = self.prediction.by_slope[used]
+        tilt, roll, turn = q * tau - by_slope * (1 + tau**2), -by_slope, by_slope * tau - q
+        # All columns with the power of the bearing that multiplies them.
+        shape[:, TILT] = tilt
+        level = shape.copy()
+        level[:, [ROLL, TURN]] = 0.0
+        lateral = np.stack([roll, turn], axis=1)
+        matrix = (level * plain[:, None]).T @ level
+        mixed = (level * across[:, None]).T @ lateral
+        matrix[:, [ROLL, TURN]] += mixed
+        matrix[[ROLL, TURN], :] += mixed.T
+        matrix[np.ix_([ROLL, TURN], [ROLL, TURN])] += (lateral * squared[:, None]).T @ lateral
+        gradient = level.T @ pull
+        gradient[[ROLL, TURN]] += lateral.T @ pull_across
+        return matrix, gradient
+
+
+def _chain(num_steps: int) -> Float64Array:
+    """(M + 1, P) derivatives of nosings and treads, and of what follows them, by the values of the equations."""
+    n = num_steps
+    chain = np.zeros((2 * n + 6, OFFSETS + 2 * n + 1))
+    nosing, level = np.arange(n), n + np.arange(n + 1)
+    chain[nosing, REGULAR.index("distance")] = 1.0
+    chain[nosing, REGULAR.index("run")] = np.arange(n)
+    chain[level, REGULAR.index("height")] = 1.0
+    chain[level, REGULAR.index("rise")] = np.arange(-1, n)
+    for place, name in enumerate(("overhang", "thickness", "rake", "slope")):
+        chain[2 * n + 1 + place, REGULAR.index(name)] = 1.0
+    chain[-1, SHIFT] = 1.0
+    chain[np.arange(2 * n + 1), OFFSETS + np.arange(2 * n + 1)] = 1.0
+    return chain
+
+
+def _slope_range(profile: StairProfile) -> tuple[float, float]:
+    """Slopes between which rays are fitted: from a piece of floor before the stairs to the level behind."""
+    s, z, run = profile.nosing_distances, profile.tread_heights, abs(profile.run)
+    near = np.maximum(s, 0.1)
+    if profile.run > 0:
+        low = z[0] / max(near[0] - FLOOR_BEFORE * run, 0.1)
+        if z[-1] < 0:
+            return float(low), float(z[-1] / (near[-1] + LEVEL_BEHIND * run))
+        return float(low), float((z[-1] + ABOVE_LAST * profile.rise) / near[-1])
+    low = z[-1] / max(near[-1] - FLOOR_BEFORE * run, 0.1)
+    return float(low), float(z[0] / (near[0] + LEVEL_BEHIND * run))
+
+
+def _best_smoothing(rays: Rays, state: _State, row_size: float) -> float:
+    """The smoothing under which the rays agree best with the profile."""
+    turned = rays.turned(*state.angles)
+    costs = []
+    for smoothing in SMOOTHINGS:
+        trial = replace(state, smoothing=smoothing)
+        costs.append(_Table(turned, trial, row_size).cost(state.noise, COARSE_STDS[-1]))
+    return SMOOTHINGS[int(np.argmin(costs))]
+
+
+def _result(
+    state: _State, matrix: Float64Array, by_rays: Float64Array, row_size: float, known_shift: float
+) -> FittedProfile:
+    profile = state.profile
+    full = np.linalg.inv(matrix)
+    order = [REGULAR.index(name) for name in ("rise", "run", "distance", "height")] + [TILT, TURN]
+    n = profile.num_steps
+    own = np.sqrt(np.maximum(np.diag(full)[OFFSETS:], 0.0))
+    return FittedProfile(
+        profile=profile,
+        tilt=float(state.angles[0]),
+        roll=float(state.angles[1]),
+        turn=float(state.angles[2]),
+        edge_shift=state.shift,
+        smoothing=state.smoothing,
+        noise=state.noise,
+        row_size=row_size,
+        covariance=full[np.ix_(order, order)],
+        step_std=np.stack([own[:n], own[n + 1 :]], axis=1),
+        overhang_std=float(np.sqrt(full[REGULAR.index("overhang"), REGULAR.index("overhang")])),
+        rise_information=_rise_information(full, profile.rise, state.shift - known_shift),
+    )
+
+
+def _rise_information(covariance: Float64Array, rise: float, shift: float) -> Float64Array:
+    """Information on rise and shift together without the shift's prior, and its product with the estimate."""
+    chosen = [REGULAR.index("rise"), SHIFT]
+    information = np.linalg.inv(covariance[np.ix_(chosen, chosen)])
+    information[1, 1] = max(information[1, 1] - 1.0 / SHIFT_STD**2, 1e-9)
+    return np.column_stack([information, information @ [rise, shift]])
+
+
+def turned_rays(rays: Rays, fitted: FittedProfile) -> Rays:
+    """Return rays in the axes of a fitted profile."""
+    return rays.turned(fitted.tilt, fitted.roll, fitted.turn)
+
+
+def left_of(up: Vector, forward: Vector) -> Vector:
+    """The axis to the left, seen along forward."""
+    return cross(up, forward)

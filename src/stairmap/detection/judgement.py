@@ -1,0 +1,240 @@
+"""Judge whether a fitted profile is a stairway: each rule that it breaks becomes a rejection.
+
+Every rule names a property of stairs: how many steps they have, how large steps are, that they are solid,
+regular and parallel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray, Mask
+from stairmap.config import Config, EnvelopeConfig
+from stairmap.detection.evidence import Evidence
+from stairmap.detection.fit import FittedProfile, Rays
+from stairmap.detection.observation import Rejection
+from stairmap.detection.profile import StairProfile
+
+MAX_SEE_THROUGH = 0.30
+"""Largest share of rays that go through what should be solid: real treads and risers let nothing through."""
+
+MAX_HIDDEN = 0.60
+"""Largest share of rays towards the stairs that end at something in front of them. People and bags hide a
+part; what hides most is the thing itself: a pallet, through whose gaps a few boards line up."""
+
+MAX_IRREGULARITY = 0.035
+"""Largest root mean square of the steps' own places off the regular ones, m."""
+
+MIN_OPEN_STEPS = 4
+"""Fewest steps where only the fronts of slabs are seen: three bars also line up in furniture."""
+
+MAX_TURN = np.radians(6.0)
+"""Largest angle between a step and the others beyond its noise, rad: eight winders to a quarter turn by
+11 degrees each."""
+
+MAX_GROWTH = np.radians(2.0)
+"""Largest growth of the angle from step to step beyond its noise, rad: winders grow twice on end."""
+
+MAX_TURN_STD = np.radians(15.0)
+"""An angle known worse than this tells nothing, rad."""
+
+TURN_BAND = 0.45
+"""Rays within this share of a run of a riser tell how it is turned; a turned riser leaves a narrow band."""
+
+RAYS_PER_SAMPLE = 6.0
+"""Neighbouring rays err together: so many count as one independent sample."""
+
+MIN_TURN_RAYS = 8
+"""Fewest rays that tell how a step is turned."""
+
+MAX_SLACK = 0.02
+"""The envelope is widened by two standard deviations of a measure, but never by more than this, m."""
+
+PITCH_SLACK_DEG = 1.0
+"""The same of pitch, degrees."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """All that is known of a candidate when it is judged.
+
+    Attributes
+    ----------
+    fitted
+        The fitted profile of the steps that were seen.
+    evidence
+        Of each of its steps.
+    rays
+        Rays of the stairs' strips in the fitted axes.
+    width
+        Distance between the stairs' ends, m.
+    num_found
+        Nosings that found the lattice.
+    """
+
+    fitted: FittedProfile
+    evidence: Evidence
+    rays: Rays
+    width: float
+    num_found: int
+
+
+def find_rejections(case: Case, config: Config) -> tuple[Rejection, ...]:
+    """Return all the rules that a candidate breaks; none when it is a stairway."""
+    found = [
+        *_check_steps(case, config.detection.min_steps),
+        *_check_envelope(case.fitted, config.envelope),
+        *_check_solid(case),
+        *_check_regular(case.fitted),
+    ]
+    if case.width < config.envelope.min_width:
+        found.append(_broken("min_width", case.width, config.envelope.min_width, "m"))
+    return tuple(found)
+
+
+def _broken(rule: str, measured: float, limit: float, unit: str) -> Rejection:
+    return Rejection(rule=rule, measured=float(measured), limit=float(limit), unit=unit)
+
+
+def _check_steps(case: Case, min_steps: int) -> list[Rejection]:
+    """Enough steps that were seen, each parallel to the others."""
+    turn, std = measure_turns(case.rays, case.fitted.profile)
+    turned, largest = find_turned(turn, std)
+    is_seen = case.evidence.is_seen & ~turned
+    found = []
+    if case.fitted.profile.is_open and not case.evidence.on_tread.any():
+        min_steps = max(min_steps, MIN_OPEN_STEPS)
+    num_seen = int(np.count_nonzero(is_seen))
+    if num_seen < min_steps:
+        found.append(_broken("min_steps", num_seen, min_steps, "1"))
+        if largest > 0:
+            found.append(_broken("max_turn", np.degrees(largest), np.degrees(MAX_TURN), "deg"))
+    num_pairs = int(np.count_nonzero(is_seen[1:] & is_seen[:-1]))
+    if 2 * num_pairs < num_seen - 1:
+        # Half of the nosings of a lattice with twice the step: benches, not stairs.
+        found.append(_broken("min_neighbours", num_pairs, (num_seen - 1) / 2, "1"))
+    return found
+
+
+def _check_envelope(fitted: FittedProfile, envelope: EnvelopeConfig) -> list[Rejection]:
+    """Rise, run and pitch that stairs may have."""
+    rise, run = fitted.profile.rise, abs(fitted.profile.run)
+    pitch = float(np.degrees(np.arctan2(rise, run)))
+    rise_slack, run_slack = (min(2.0 * fitted.covariance[i, i] ** 0.5, MAX_SLACK) for i in (0, 1))
+    found = []
+    for rule, value, low, high, slack, unit in (
+        ("rise", rise, envelope.min_rise, envelope.max_rise, rise_slack, "m"),
+        ("run", run, envelope.min_run, envelope.max_run, run_slack, "m"),
+        ("pitch", pitch, envelope.min_pitch_deg, envelope.max_pitch_deg, PITCH_SLACK_DEG, "deg"),
+    ):
+        if value < low - slack:
+            found.append(_broken(f"min_{rule}", value, low, unit))
+        elif value > high + slack:
+            found.append(_broken(f"max_{rule}", value, high, unit))
+    return found
+
+
+def _check_solid(case: Case) -> list[Rejection]:
+    """Surfaces that let nothing through and are mostly in view."""
+    evidence = case.evidence
+    on = int(evidence.on.sum() + evidence.on_tread.sum())
+    farther = int(evidence.farther.sum() + evidence.farther_tread.sum())
+    nearer = int(evidence.nearer.sum())
+    found = []
+    see_through = farther / max(on + farther, 1)
+    if see_through > MAX_SEE_THROUGH:
+        found.append(_broken("max_see_through", see_through, MAX_SEE_THROUGH, "1"))
+    hidden = nearer / max(on + nearer, 1)
+    if hidden > MAX_HIDDEN:
+        found.append(_broken("max_occluded", hidden, MAX_HIDDEN, "1"))
+    return found
+
+
+def _check_regular(fitted: FittedProfile) -> list[Rejection]:
+    """Steps of one size."""
+    own = fitted.profile.offsets
+    irregularity = float(np.sqrt(np.mean(own**2)))
+    if irregularity > MAX_IRREGULARITY:
+        return [_broken("max_irregularity", irregularity, MAX_IRREGULARITY, "m")]
+    return []
+
+
+def measure_turns(rays: Rays, profile: StairProfile) -> tuple[Float64Array, Float64Array]:
+    """Measure how far each riser is turned out of the lateral axis.
+
+    Parameters
+    ----------
+    rays
+        Rays of the stairs' strips in the fitted axes.
+    profile
+        The fitted profile.
+
+    Returns
+    -------
+    (num_steps,) angles, NaN where too few rays tell them, and their standard deviations, rad.
+    """
+    n = profile.num_steps
+    measured = rays.inverse_distance > 0
+    q = np.where(measured, rays.inverse_distance, 1.0)
+    s, z, t = 1.0 / q, rays.slope / q, rays.bearing / q
+    phase = (z - profile.tread_heights[0]) / profile.rise
+    index = np.floor(phase).astype(np.int64)
+    inside = measured & (index >= 0) & (index < n) & (np.abs(phase - index - 0.5) < 0.3)
+    index = index.clip(0, n - 1)
+    inside &= np.abs(s - profile.nosing_distances[index] - profile.overhang) < TURN_BAND * abs(profile.run)
+    index, s, t = index[inside], s[inside], t[inside]
+    count = np.bincount(index, minlength=n)
+
+    def mean(values: Float64Array) -> Float64Array:
+        return np.asarray(np.bincount(index, values, n) / np.maximum(count, 1))
+
+    mean_s, mean_t = mean(s), mean(t)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variance_t = mean(t * t) - mean_t**2
+        turn = (mean(s * t) - mean_s * mean_t) / variance_t
+        scatter = np.maximum(mean(s * s) - mean_s**2 - turn**2 * variance_t, 1e-6)
+        std = np.sqrt(RAYS_PER_SAMPLE * scatter / (count * variance_t))
+    turn[(count < MIN_TURN_RAYS) | ~np.isfinite(std)] = np.nan
+    return turn, std
+
+
+def find_turned(turn: Float64Array, std: Float64Array) -> tuple[Mask, float]:
+    """Tell which steps are turned against the others.
+
+    A step is, when its own angle says so; all are, when the angles grow from step to step in one direction,
+    as those of winders and spirals do: twice on end, clearly each time, or over all of them together.
+
+    Returns
+    -------
+    (num_steps,) whether each step is turned, and the largest such angle, rad (0 for none).
+    """
+    with np.errstate(invalid="ignore"):
+        turned = np.abs(turn) > MAX_TURN + 2.0 * std
+        growth = np.diff(turn)
+        limit = MAX_GROWTH + 2.0 * np.hypot(std[1:], std[:-1])
+        direction = np.where(np.abs(growth) > limit, np.sign(growth), 0.0)
+        known = np.flatnonzero(np.isfinite(turn) & ~turned & (std < MAX_TURN_STD))
+    winds = bool((direction[1:] * direction[:-1] > 0).any())
+    if not winds and len(known) >= 2:
+        weight = 1.0 / (std[known] + np.radians(1.0)) ** 2
+        offset = known - np.average(known, weights=weight)
+        spread = float(np.sum(weight * offset**2))
+        slope = float(np.sum(weight * offset * turn[known])) / spread
+        winds = abs(slope) > MAX_GROWTH + 2.0 / np.sqrt(spread)
+    if winds:
+        return np.ones(len(turn), dtype=bool), float(np.nanmax(np.abs(turn)))
+    return np.asarray(turned), float(np.abs(turn[turned]).max()) if turned.any() else 0.0
+
+
+def common_extent(ends: Float64Array, bounded: Mask, chosen: IntArray, sign: float) -> float:
+    """One end of the stairs: the median of ends that were seen, else the farthest cut one.
+
+    ``sign`` is +1 for left ends, which lie farther out the larger they are, -1 for right ones.
+    """
+    values, own = ends[chosen], bounded[chosen]
+    known = np.isfinite(values)
+    if (own & known).any():
+        return float(np.median(values[own & known]))
+    return float(sign * np.max(sign * values[known])) if known.any() else float("nan")

@@ -1,0 +1,425 @@
+"""Say what each ray of a frame must see of a stairway: which step, which surface, at what distance.
+
+A stairway is described by its section along the direction of ascent: s forward, z up, from the camera. A ray
+of slope tau = z / s meets the surface that is nearest. In inverse forward distance Q = 1/s every flat surface
+is a straight line in tau, Q = a + b·tau: a riser is constant, a level tread is tau / z. So what is seen of
+stairs is a row of straight pieces, with a jump where a nosing hides what is behind it and a kink where two
+surfaces meet. Stairs that ascend or descend, with closed or open risers, with or without overhang, are
+values of one profile.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray, Mask, readonly
+
+MIN_FORWARD = 0.1
+"""What lies nearer than this is beside or behind the camera, m."""
+
+USUAL_THICKNESS = 0.035
+"""Thickness of a tread's front where nothing tells it, m: boards and stone treads are 20 to 50 mm thick."""
+
+BEHIND_SHARE = 0.5
+"""What is seen past an edge of which nothing is known lies farther than the edge by this share of a run."""
+
+MIN_SHIFTED_JUMP = 0.02
+"""A sensor shifts an edge outward where inverse distance jumps by more than this share."""
+
+LOGISTIC_WIDTH = 0.55
+"""Scale of the logistic function that is nearest to a Gaussian's integral, in its standard deviations."""
+
+
+class Surface(IntEnum):
+    """The surfaces of a step; ``BEHIND`` is what is seen past an edge, farther than it but unknown."""
+
+    RISER = 0
+    UNDERSIDE = 1
+    FRONT = 2
+    TREAD = 3
+    BEHIND = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StairProfile:
+    """The section of a stairway along its direction of ascent, seen from the camera, m.
+
+    Attributes
+    ----------
+    distance, height
+        s and z of nosing 0, the lowest.
+    run, rise
+        Distances from one nosing to the next. ``run`` is positive where the stairs ascend away from the
+        camera, negative where they descend; ``rise`` is always positive.
+    num_steps
+        Number of nosings. The level before the first step, a floor, is tread -1.
+    overhang
+        How far nosings stand before the foot of their own riser's plane.
+    thickness
+        Height of a tread's front, the lip over the riser or the face of a slab.
+    is_open
+        Whether the risers are open: slabs with nothing between them.
+    rake
+        How far a riser leans back downward, m per m.
+    slope
+        How much treads climb from their nosing, m per m.
+    offsets
+        (2 * num_steps + 1,) how far each nosing lies off the regular place forward, then each tread off the
+        regular height from tread -1 on, m.
+    """
+
+    distance: float
+    height: float
+    run: float
+    rise: float
+    num_steps: int
+    overhang: float = 0.0
+    thickness: float = USUAL_THICKNESS
+    is_open: bool = False
+    rake: float = 0.0
+    slope: float = 0.0
+    offsets: Float64Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        offsets = self.offsets if len(self.offsets) else np.zeros(2 * self.num_steps + 1)
+        object.__setattr__(self, "offsets", readonly(offsets))
+
+    @property
+    def direction(self) -> float:
+        """+1 where the stairs ascend away from the camera, -1 where they descend."""
+        return 1.0 if self.run > 0 else -1.0
+
+    @property
+    def nosing_distances(self) -> Float64Array:
+        """(num_steps,) s of each nosing, m."""
+        own = self.offsets[: self.num_steps]
+        return np.asarray(self.distance + self.run * np.arange(self.num_steps) + own)
+
+    @property
+    def tread_heights(self) -> Float64Array:
+        """(num_steps + 1,) z of each tread at its nosing, from tread -1, the floor, on, m."""
+        own = self.offsets[self.num_steps :]
+        return np.asarray(self.height + self.rise * np.arange(-1, self.num_steps) + own)
+
+    def with_steps(self, below: int, above: int) -> StairProfile:
+        """Return the profile with so many more regular steps below and above; negative numbers cut steps off."""
+        num_steps = self.num_steps + below + above
+        distances, heights = self.offsets[: self.num_steps], self.offsets[self.num_steps :]
+        kept = np.arange(-below, self.num_steps + above)
+        inside = (kept >= 0) & (kept < self.num_steps)
+        own_s = np.where(inside, distances[kept.clip(0, self.num_steps - 1)], 0.0)
+        # The level below the first step is kept as a level where steps are cut off, or where none are added.
+        levels = np.arange(-below, self.num_steps + above + 1)
+        known = (levels >= (0 if below <= 0 else 1)) & (levels <= self.num_steps)
+        own_z = np.where(known, heights[levels.clip(0, self.num_steps)], 0.0)
+        return replace(
+            self,
+            distance=self.distance - below * self.run,
+            height=self.height - below * self.rise,
+            num_steps=num_steps,
+            offsets=np.concatenate([own_s, own_z]),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outline:
+    """The pieces of a profile that are seen, from the lowest rays to the highest.
+
+    Attributes
+    ----------
+    surface, step
+        (P,) which surface of which step each is.
+    line
+        (P, 2) a and b of its inverse forward distance Q = a + b·tau, 1/m.
+    top
+        (P,) slope at which it ends and the next one begins.
+    line_gradient
+        (P, 2, M) derivatives of ``line`` by the profile's shape: the M = 2 * num_steps + 5 values are the
+        nosings' distances, the treads' heights from -1 on, overhang, thickness, rake and slope.
+    top_gradient
+        (P, M) the same of ``top``; zero where two surfaces meet, which follows from their lines.
+    """
+
+    surface: IntArray
+    step: IntArray
+    line: Float64Array
+    top: Float64Array
+    line_gradient: Float64Array
+    top_gradient: Float64Array
+
+    @property
+    def bottom(self) -> Float64Array:
+        """(P,) slope at which each piece begins."""
+        return np.concatenate([[-np.inf], self.top[:-1]])
+
+
+def outline_of(profile: StairProfile, *, min_extent: float = 1e-9) -> Outline:
+    """Return what is seen of a profile.
+
+    Along the profile, away from the camera, a surface is seen where its rays climb above all that came
+    before; only a tread's front stands before what lies beneath it.
+
+    Parameters
+    ----------
+    profile
+        The section of a stairway.
+    min_extent
+        Level surfaces between upright ones, seen edge-on over a smaller range of slopes than this, are left
+        out: a sensor shows a jump there.
+    """
+    pieces = _Pieces(profile)
+    if profile.run > 0:
+        pieces.add_ascending()
+    else:
+        pieces.add_descending()
+    return pieces.visible(min_extent)
+
+
+class _Pieces:
+    """All surfaces of a profile in the order in which a path away from the camera meets them."""
+
+    def __init__(self, profile: StairProfile) -> None:
+        n = profile.num_steps
+        self.profile = profile
+        self.s, self.z = profile.nosing_distances, profile.tread_heights
+        shape = (n + 1, 4)
+        self.surface = np.tile(np.arange(4), (n + 1, 1))
+        self.step = np.tile(np.arange(-1, n)[:, None], (1, 4))
+        self.end = np.full(shape, -np.inf)
+        self.line = np.zeros((*shape, 2))
+        self.line_gradient = np.zeros((*shape, 2, 2 * n + 5))
+        self.end_gradient = np.zeros((*shape, 2 * n + 5))
+        self.nosing = np.arange(n)
+        self.level = n + 1 + np.arange(-1, n)
+        self.overhang, self.thickness, self.rake, self.slope = range(2 * n + 1, 2 * n + 5)
+
+    def add_ascending(self) -> None:
+        """Risers, undersides, fronts and treads of stairs that lead away from the camera upward."""
+        profile, s = self.profile, self.s
+        z, under = self.z[1:], self.z[1:] - profile.thickness
+        seen = s > MIN_FORWARD
+        near = np.maximum(s, MIN_FORWARD)
+        rows = np.arange(1, len(s) + 1)
+        is_above = under > 0
+        self._set_line(Surface.FRONT, rows, 1.0 / near, 0.0)
+        self.line_gradient[rows, Surface.FRONT, 0, self.nosing] = -1.0 / near**2
+        inverse = 1.0 / np.where(is_above, under, 1.0)
+        self._set_line(Surface.UNDERSIDE, rows, 0.0, inverse)
+        self.line_gradient[rows, Surface.UNDERSIDE, 1, self.level[1:]] = -(inverse**2)
+        self.line_gradient[rows, Surface.UNDERSIDE, 1, self.thickness] = inverse**2
+        self._add_treads()
+        tread_end = np.append(self.z[:-1] / near, self.z[-1] / (near[-1] + profile.run))
+        if profile.is_open:
+            depth = profile.run + profile.overhang
+            self._set_line(Surface.RISER, rows, 1.0 / (near + BEHIND_SHARE * profile.run), 0.0)
+            self.surface[rows, Surface.RISER] = Surface.BEHIND
+            riser_end = under / (near + depth)
+            tread_end[0] = self.z[0] / (near[0] + BEHIND_SHARE * profile.run)
+            tread_end[1:] = z / (near + depth)
+        else:
+            self._add_risers(rows)
+            riser = self.line[rows, Surface.RISER]
+            riser_end = _crossing(riser, self.line[rows, Surface.UNDERSIDE])
+            tread_end[:-1] = _crossing(self.line[:-1, Surface.TREAD], riser)
+        # From above, the front's lower edge hides the top of the riser behind it.
+        self._set_end(Surface.RISER, rows, np.where(is_above, riser_end, under / near), seen)
+        self._set_nosing_slope(rows[~is_above], Surface.RISER, under, thickness=-1.0)
+        self._set_end(Surface.UNDERSIDE, rows, under / near, seen & is_above)
+        self._set_nosing_slope(rows, Surface.UNDERSIDE, under, thickness=-1.0)
+        self._set_end(Surface.FRONT, rows, z / near, seen)
+        self._set_nosing_slope(rows, Surface.FRONT, z, thickness=0.0)
+        self._set_end(Surface.TREAD, np.append(0, rows), tread_end, self.z < 0)
+
+    def add_descending(self) -> None:
+        """Treads of stairs that lead away from the camera downward: their risers face away."""
+        near = np.maximum(self.s, MIN_FORWARD)
+        self._add_treads()
+        rows = np.arange(1, len(near) + 1)
+        self._set_end(Surface.TREAD, rows, self.z[1:] / near, (self.s > MIN_FORWARD) & (self.z[1:] < 0))
+        self._set_nosing_slope(rows, Surface.TREAD, self.z[1:], thickness=0.0)
+        floor_end = self.z[:1] / (near[0] - self.profile.run)
+        self._set_end(Surface.TREAD, np.zeros(1, dtype=np.int64), floor_end, self.z[:1] < 0)
+
+    def visible(self, min_extent: float) -> Outline:
+        """The pieces that nothing hides, and what follows the last one."""
+        order = slice(None) if self.profile.run > 0 else slice(None, None, -1)
+        end = self.end[order].reshape(-1)
+        highest = np.maximum.accumulate(np.concatenate([[-np.inf], end[:-1]]))
+        gradient = self.end_gradient[order].reshape(len(end), -1)
+        surface = self.surface[order].reshape(-1)
+        is_level = (surface == Surface.TREAD) | (surface == Surface.UNDERSIDE)
+        is_level &= self.profile.run > 0
+        is_seen = end > highest + np.where(is_level, min_extent, 1e-9)
+        # A riser then ends where the front before it begins.
+        under = np.flatnonzero((surface == Surface.UNDERSIDE) & ~is_seen & np.isfinite(end))
+        end[under - 1], gradient[under - 1] = end[under], gradient[under]
+        chosen = np.flatnonzero(is_seen)
+        num_values = self.end_gradient.shape[-1]
+        last = len(self.s) - 1 if self.profile.run > 0 else 0
+        surface, line = surface[chosen], self.line[order].reshape(-1, 2)[chosen]
+        beyond = [1.0 / (max(self.s[last], MIN_FORWARD) + BEHIND_SHARE * abs(self.profile.run)), 0.0]
+        if len(chosen) and surface[-1] == Surface.TREAD:
+            # The last level seen goes on for as long as nothing is known of its end.
+            beyond = line[-1].tolist()
+        return Outline(
+            surface=np.append(surface, Surface.BEHIND).astype(np.int64),
+            step=np.append(self.step[order].reshape(-1)[chosen], last).astype(np.int64),
+            line=np.concatenate([line, [beyond]]),
+            top=np.append(end[chosen], np.inf),
+            line_gradient=np.concatenate([self.line_gradient[order].reshape(-1, 2, num_values)[chosen],
+                                          np.zeros((1, 2, num_values))]),
+            top_gradient=np.concatenate([gradient[chosen], np.zeros((1, num_values))]),
+        )
+
+    def _add_risers(self, rows: IntArray) -> None:
+        rake, z = self.profile.rake, self.z[1:]
+        foot = np.maximum(self.s + self.profile.overhang + rake * z, 0.5 * MIN_FORWARD)
+        self._set_line(Surface.RISER, rows, 1.0 / foot, rake / foot)
+        for value, by in ((self.nosing, 1.0), (self.overhang, 1.0), (self.level[1:], rake), (self.rake, z)):
+            self.line_gradient[rows, Surface.RISER, 0, value] = -by / foot**2
+            self.line_gradient[rows, Surface.RISER, 1, value] = -rake * by / foot**2
+        self.line_gradient[rows, Surface.RISER, 1, self.rake] += 1.0 / foot
+
+    def _add_treads(self) -> None:
+        """Treads from -1 on, the floor always level."""
+        rows = np.arange(len(self.z))
+        climb = np.where(rows > 0, self.profile.direction * self.profile.slope, 0.0)
+        s = np.append(0.0, self.s)
+        level = self.z - climb * s
+        inverse = 1.0 / np.where(np.abs(level) > 1e-3, level, -1e-3)
+        offset = -climb * inverse
+        self._set_line(Surface.TREAD, rows, offset, inverse)
+        tread = Surface.TREAD
+        self.line_gradient[rows, tread, 1, self.level] = -(inverse**2)
+        self.line_gradient[rows, tread, 0, self.level] = -offset * inverse
+        above, sign = rows[1:], self.profile.direction
+        for value, by in ((self.nosing, -climb[1:]), (self.slope, -sign * s[1:])):
+            self.line_gradient[above, tread, 1, value] = -(inverse[1:] ** 2) * by
+            self.line_gradient[above, tread, 0, value] = -offset[1:] * inverse[1:] * by
+        self.line_gradient[above, tread, 0, self.slope] -= sign * inverse[1:]
+
+    def _set_line(self, surface: Surface, rows: IntArray, a: Float64Array | float, b: Float64Array | float) -> None:
+        self.line[rows, surface, 0], self.line[rows, surface, 1] = a, b
+
+    def _set_end(self, surface: Surface, rows: IntArray, end: Float64Array, seen: Mask) -> None:
+        self.end[rows, surface] = np.where(seen, end, -np.inf)
+
+    def _set_nosing_slope(self, rows: IntArray, surface: Surface, heights: Float64Array, *, thickness: float) -> None:
+        """Derivatives of the slope of nosings, or of the lower edge of their fronts."""
+        step = rows - 1
+        s = np.maximum(self.s[step], MIN_FORWARD)
+        self.end_gradient[rows, surface, self.level[rows]] = 1.0 / s
+        self.end_gradient[rows, surface, self.nosing[step]] = -heights[step] / s**2
+        self.end_gradient[rows, surface, self.thickness] = thickness / s
+
+
+def _crossing(lower: Float64Array, upper: Float64Array) -> Float64Array:
+    """(N,) slopes at which (N, 2) lines meet."""
+    return np.asarray((upper[:, 0] - lower[:, 0]) / (lower[:, 1] - upper[:, 1]))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """What rays of some slopes must see; all arrays begin with (N,).
+
+    Attributes
+    ----------
+    piece
+        Index of the piece of the outline.
+    inverse_distance
+        Q, 1/m.
+    by_slope
+        Its derivative by the slope, 1/m.
+    gradient
+        (N, M + 1) its derivatives by the profile's shape and by the shift of edges, 1/m per m and per row.
+    edge_spread
+        What the place of an edge within its row adds to the standard deviation of Q, 1/m.
+    farthest
+        Q from which on anything farther agrees as well, 1/m: 0 where the surface itself must be seen.
+    """
+
+    piece: IntArray
+    inverse_distance: Float64Array
+    by_slope: Float64Array
+    gradient: Float64Array
+    edge_spread: Float64Array
+    farthest: Float64Array
+
+
+def predict(
+    outline: Outline, slopes: Float64Array, *, row_size: float, smoothing: float, shift: float
+) -> Prediction:
+    """Predict the inverse forward distance that rays measure.
+
+    Parameters
+    ----------
+    outline
+        What is seen of a profile.
+    slopes
+        (N,) slopes tau of the rays.
+    row_size
+        Height of a row of the image as a slope.
+    smoothing
+        Standard deviation over which the sensor and a pixel's footprint blend surfaces, rows.
+    shift
+        How many rows the sensor moves the edges of near surfaces outward.
+
+    Notes
+    -----
+    A smoothed row of straight pieces is the pieces plus, at each border, the jump times the kernel's
+    integral and the change of slope times its second integral. The kernel is logistic, whose integrals
+    have closed forms.
+    """
+    width = max(smoothing * LOGISTIC_WIDTH, 1e-3) * row_size
+    line, top = outline.line, outline.top[:-1]
+    jump = (line[1:, 0] - line[:-1, 0]) + (line[1:, 1] - line[:-1, 1]) * top
+    at_edge = np.maximum(line[1:, 0] + line[1:, 1] * top, line[:-1, 0] + line[:-1, 1] * top)
+    outward = np.where(np.abs(jump) > MIN_SHIFTED_JUMP * at_edge, -np.sign(jump), 0.0) * row_size
+    border = top + shift * outward
+    piece = np.searchsorted(np.maximum.accumulate(border), slopes, side="right")
+    num_values = outline.top_gradient.shape[1]
+    value = line[piece, 0] + line[piece, 1] * slopes
+    by_slope = line[piece, 1].copy()
+    gradient = np.empty((len(slopes), num_values + 1))
+    gradient[:, :-1] = outline.line_gradient[piece, 0] + slopes[:, None] * outline.line_gradient[piece, 1]
+    gradient[:, -1] = 0.0
+    variance = np.zeros(len(slopes))
+    is_behind = outline.surface[piece] == Surface.BEHIND
+    farthest = np.where(is_behind, value, 0.0)
+    for side in (1, -1):
+        # The border above the piece, then the one below it; only rays near it feel the neighbour.
+        index = piece if side > 0 else piece - 1
+        has_border = (index >= 0) & (index < len(border))
+        offset = np.where(has_border, (slopes - border[index.clip(0, len(border) - 1)]) / width, -side * np.inf)
+        rows = np.flatnonzero(np.abs(offset) < 6.0)
+        if len(rows) == 0:
+            continue
+        at, x = index[rows], side * offset[rows]
+        share = 1.0 / (1.0 + np.exp(-x))
+        ramp = np.log1p(np.exp(x))
+        kink = line[at + 1, 1] - line[at, 1]
+        value[rows] += side * jump[at] * share + kink * width * ramp
+        by_slope[rows] += jump[at] * share * (1 - share) / width + side * kink * share
+        change = side * (outline.line_gradient[at + 1] - outline.line_gradient[at])
+        steepness = (jump[at] * share * (1 - share) / width)[:, None]
+        gradient[rows, :-1] += share[:, None] * change[:, 0]
+        gradient[rows, :-1] += (share * top[at] + side * width * ramp)[:, None] * change[:, 1]
+        gradient[rows, :-1] -= steepness * outline.top_gradient[at]
+        gradient[rows, -1] -= steepness[:, 0] * outward[at]
+        variance[rows] += share * (1 - share) * jump[at] ** 2
+        other = np.where(side > 0, at + 1, at)
+        beside = outline.surface[other] == Surface.BEHIND
+        limit = line[other, 0] + line[other, 1] * slopes[rows]
+        near = beside & (np.abs(x) < 3.0)
+        farthest[rows] = np.where(near, np.maximum(farthest[rows], limit), farthest[rows])
+    return Prediction(
+        piece=piece,
+        inverse_distance=value,
+        by_slope=by_slope,
+        gradient=gradient,
+        edge_spread=np.sqrt(variance),
+        farthest=farthest,
+    )
