@@ -34,6 +34,9 @@ class StairEdge:
         How it was seen.
     num_pixels
         How many pixels support it.
+    std
+        Standard deviation of its own place along ``forward`` and along ``up``, m; NaN where a method
+        gives none.
     """
 
     nosing: Points
@@ -42,6 +45,7 @@ class StairEdge:
     right_bounded: bool
     cue: Cue
     num_pixels: int
+    std: tuple[float, float] = (float("nan"), float("nan"))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nosing", readonly(self.nosing))
@@ -65,6 +69,9 @@ class StairObservation:
         Stair edges from the lowest to the highest.
     rise, run, width
         Dimensions that this frame alone gives, in metres.
+    overhang, overhang_std
+        How far nosings stand before their risers, and its standard deviation, m. Without a deviation
+        (NaN) the method did not measure it.
     origin
         (3,) point where the lattice of nosings begins, camera frame: nosing ``k`` of the lattice passes
         through ``origin + k * (run * forward + rise * up)``.
@@ -92,6 +99,8 @@ class StairObservation:
     rise: float
     run: float
     width: float
+    overhang: float = 0.0
+    overhang_std: float = float("nan")
     origin: Vector
     covariance: Float64Array
     rise_information: Float64Array = field(default_factory=lambda: np.zeros((0, 0)))
