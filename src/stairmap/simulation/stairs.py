@@ -60,6 +60,8 @@ def build_flight(
     if shape.irregularity > 0:
         rises = rises + random.normal(0, shape.irregularity, num)
         runs = runs + random.normal(0, shape.irregularity, num - 1)
+    for index, offset in shape.odd_risers:
+        rises[index] += offset
     nosing_x = np.concatenate([[0.0], np.cumsum(runs)])
     nosing_z = np.cumsum(rises)
     frame = Flight(
@@ -76,6 +78,7 @@ def build_flight(
         run=float(runs.mean()) if num > 1 else shape.run,
         width=shape.width,
         num_risers=num,
+        overhang=shape.overhang,
         std=true_std(),
         steps=tuple(
             Step(nosing=nosing, num_observations=0)
