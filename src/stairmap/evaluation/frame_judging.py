@@ -9,15 +9,17 @@ steps that it spans: what a frame shows of an irregular flight is no more than t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, Points
+from stairmap.arrays import IntArray, Points
 from stairmap.detection.observation import StairObservation
 from stairmap.evaluation.drift import find_observed_flight
 from stairmap.evaluation.matching import MAX_HEADING
+from stairmap.simulation.kinds import REGULAR
 from stairmap.simulation.views import StepsInView, View
 from stairmap.stairway import Flight
 
@@ -80,10 +82,10 @@ class FrameJudgement:
     ----------
     kind, group, index, sensor, width
         Which view.
-    is_clear
-        Whether the flight shows enough of itself that it has to be found.
     num_false, num_duplicates
         Observations of nothing that is there, and further ones of the flight.
+    is_clear
+        Whether the flight shows enough of itself that it has to be found.
     is_found, is_view_right, are_steps_right, is_right
         Whether the flight was observed; from the right side; with the right step numbers; and all that
         with right measures.
@@ -104,9 +106,9 @@ class FrameJudgement:
     index: int
     sensor: str
     width: int
-    is_clear: bool
     num_false: int
     num_duplicates: int
+    is_clear: bool = False
     is_found: bool = False
     is_view_right: bool = False
     are_steps_right: bool = False
@@ -170,37 +172,43 @@ def judge_frame(
         for observation in observations
         if find_observed_flight(observation, view.map_from_camera, flights) is not None
     ]
-    judgement = {
-        "kind": view.kind, "group": view.group, "index": index, "sensor": view.sensor.name,
-        "width": view.camera.width, "num_false": len(observations) - len(of_flight),
-        "num_duplicates": max(len(of_flight) - 1, 0),
-    }  # fmt: skip
+    judgement = FrameJudgement(
+        kind=view.kind,
+        group=view.group,
+        index=index,
+        sensor=view.sensor.name,
+        width=view.camera.width,
+        num_false=len(observations) - len(of_flight),
+        num_duplicates=max(len(of_flight) - 1, 0),
+    )
     if flight is None or seen is None:
-        return FrameJudgement(**judgement, is_clear=False)
-    judgement["is_clear"] = is_clear_view(view, seen)
-    judgement["shows_top"] = bool(seen.riser_rows[-1] >= MIN_ROWS)
-    if view.kind == "irregular":
-        judgement["has_odd_riser"] = view.group != "regular"
+        return judgement
+    judgement = replace(
+        judgement,
+        is_clear=is_clear_view(view, seen),
+        shows_top=bool(seen.riser_rows[-1] >= MIN_ROWS),
+        has_odd_riser=view.group != REGULAR if view.kind == "irregular" else None,
+    )
     if not of_flight:
-        return FrameJudgement(**judgement)
+        return judgement
     observation = of_flight[0]
     steps = number_edges(observation, view, flight)
-    view_right = (observation.view == "ascending") == (true_view_sign(view) > 0)
-    heading = float(np.arccos(np.clip(view.map_from_camera[:3, :3] @ observation.forward @ flight.forward, -1, 1)))
+    is_view_right = (observation.view == "ascending") == (true_view_sign(view) > 0)
+    forward = view.map_from_camera[:3, :3] @ observation.forward
+    is_heading_right = float(forward @ flight.forward) >= np.cos(MAX_HEADING)
     errors = find_frame_errors(observation, view, flight, steps)
-    steps_right = steps is not None
-    return FrameJudgement(
-        **judgement,
+    return replace(
+        judgement,
         is_found=True,
-        is_view_right=view_right,
-        are_steps_right=steps_right,
-        is_right=view_right and steps_right and heading <= MAX_HEADING and are_measures_right(errors),
+        is_view_right=is_view_right,
+        are_steps_right=steps is not None,
+        is_right=is_view_right and steps is not None and is_heading_right and are_measures_right(errors),
         is_top_found=steps is not None and int(steps.max()) >= flight.num_risers - 1,
         errors=errors,
     )
 
 
-def number_edges(observation: StairObservation, view: View, flight: Flight) -> Float64Array | None:
+def number_edges(observation: StairObservation, view: View, flight: Flight) -> IntArray | None:
     """Return the number of the true step that each edge is of; ``None`` where the numbering is wrong.
 
     Right means: every edge lies on a true nosing, neighbours in number are neighbours in truth, and an
@@ -225,11 +233,11 @@ def number_edges(observation: StairObservation, view: View, flight: Flight) -> F
         return None
     if view.ends_are_known and observation.floor_seen and int(shifts[0]) != 0:
         return None
-    return np.asarray(numbers)
+    return np.asarray(numbers, dtype=np.int64)
 
 
 def find_frame_errors(
-    observation: StairObservation, view: View, flight: Flight, steps: Float64Array | None
+    observation: StairObservation, view: View, flight: Flight, steps: IntArray | None
 ) -> FrameErrors:
     """Return the errors of an observation.
 
@@ -242,9 +250,7 @@ def find_frame_errors(
     """
     nan = float("nan")
     covariance = observation.covariance
-    rise_std, run_std = (
-        np.sqrt(np.diag(covariance)[:2]).tolist() if covariance.shape[0] >= 2 else (nan, nan)
-    )
+    rise_std, run_std = np.sqrt(np.diag(covariance)[:2]).tolist() if covariance.shape[0] >= 2 else (nan, nan)
     rise, run = true_measures(view, flight, steps)
     has_overhang = bool(np.isfinite(observation.overhang_std))
     heights, stds, oddness = _judge_risers(observation, view, flight, steps)
@@ -261,7 +267,7 @@ def find_frame_errors(
     )
 
 
-def true_measures(view: View, flight: Flight, steps: Float64Array | None) -> tuple[float, float]:
+def true_measures(view: View, flight: Flight, steps: IntArray | None) -> tuple[float, float]:
     """Return mean rise and run of the true steps that an observation spans, m."""
     if steps is None or len(steps) < 2 or steps.max() == steps.min():
         return flight.rise, flight.run
@@ -279,7 +285,7 @@ def are_measures_right(errors: FrameErrors) -> bool:
 
 
 def _judge_risers(
-    observation: StairObservation, view: View, flight: Flight, steps: Float64Array | None
+    observation: StairObservation, view: View, flight: Flight, steps: IntArray | None
 ) -> tuple[list[float], list[float], float]:
     """Return errors and deviations of the risers between neighbouring edges, and the largest oddness."""
     if steps is None:
@@ -289,15 +295,13 @@ def _judge_risers(
     heights = np.array([edge.nosing.mean(axis=0) for edge in observation.edges]) @ observation.up
     order = np.argsort(steps)
     measured, errors, stds = [], [], []
-    for lower, upper in zip(order[:-1], order[1:], strict=True):
+    for lower, upper in pairwise(order):
         if steps[upper] - steps[lower] != 1:
             continue
         low, high = (nosings[int(steps[index]) + len(view.spare_below)] for index in (lower, upper))
         measured.append(float(heights[upper] - heights[lower]))
         errors.append(measured[-1] - float(high[2] - low[2]))
-        stds.append(
-            float(np.hypot(observation.edges[lower].std[1], observation.edges[upper].std[1]))
-        )
+        stds.append(float(np.hypot(observation.edges[lower].std[1], observation.edges[upper].std[1])))
     oddness = float("nan")
     if len(measured) >= MIN_STEPS:
         oddness = float(np.abs(np.array(measured) - np.median(measured)).max())

@@ -10,6 +10,7 @@ import numpy as np
 
 from stairmap.evaluation.frame_judging import ODD_LIMIT, FrameJudgement
 from stairmap.evaluation.table_format import format_table
+from stairmap.simulation.kinds import KINDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +104,10 @@ def summarize_views(judgements: Iterable[FrameJudgement]) -> KindSummary:
         and np.isfinite(judgement.errors.largest_oddness)
     ]
     pairs = {
-        name: ([getattr(error, name) for error in errors], [getattr(error, f"{name}_std") for error in errors])
+        name: (
+            [getattr(error, name) for error in errors],
+            [getattr(error, f"{name}_std") for error in errors],
+        )
         for name in ("rise", "run", "overhang")
     }
     heights = [height for error in errors for height in error.riser_heights]
@@ -152,21 +156,28 @@ def measure_errors(errors: Sequence[float], stds: Sequence[float]) -> MeasureErr
 
 
 _HEADER = (
-    "kind", "views", "clear", "found", "right", "right of clear", "missed", "false",
+    "views", "clear", "found", "right", "right of clear", "missed", "false",
     "view / steps wrong", "top nosing", "rise rms / bias mm", "run rms / bias mm", "overhang rms / bias mm",
     "riser rms / worst mm", "odd told", "within 1σ / 2σ", "> 3σ", "ms",
 )  # fmt: skip
 
 
-def format_kinds(judgements: Sequence[FrameJudgement], *, with_groups: bool = True) -> str:
-    """Return a line for each kind, and under it one for each of its groups where there are several."""
+def format_kinds(title: str, judgements: Sequence[FrameJudgement]) -> str:
+    """Return a line for each kind, and under it one for each of its groups.
+
+    Of look-alikes, which nobody has to find, only the groups with a false observation have a line.
+    """
     rows = []
     for kind, mine in _grouped(judgements, lambda judgement: judgement.kind):
         rows.append(_format_line(kind, summarize_views(mine)))
-        groups = _grouped(mine, lambda judgement: judgement.group)
-        if with_groups and len(groups) > 1:
-            rows += [_format_line(f"· {group}", summarize_views(some)) for group, some in groups]
-    return format_table(_HEADER, rows)
+        groups = [(group, summarize_views(some)) for group, some in _grouped(mine, _group_of)]
+        if len(groups) > 1:
+            rows += [
+                _format_line(f"· {group}", summary)
+                for group, summary in groups
+                if KINDS[kind].has_stairs or summary.num_false_frames
+            ]
+    return format_table((title, *_HEADER), rows)
 
 
 def summarize_kinds(judgements: Sequence[FrameJudgement]) -> dict[str, dict[str, Any]]:
@@ -174,10 +185,7 @@ def summarize_kinds(judgements: Sequence[FrameJudgement]) -> dict[str, dict[str,
     return {
         kind: {
             **summarize_views(mine).to_dict(),
-            "groups": {
-                group: summarize_views(some).to_dict()
-                for group, some in _grouped(mine, lambda judgement: judgement.group)
-            },
+            "groups": {group: summarize_views(some).to_dict() for group, some in _grouped(mine, _group_of)},
         }
         for kind, mine in _grouped(judgements, lambda judgement: judgement.kind)
     }
@@ -198,7 +206,9 @@ def _format_line(name: str, s: KindSummary) -> list[str]:
         _two(s.rise),
         _two(s.run),
         _two(s.overhang),
-        f"{1e3 * s.riser_heights.rms:.1f} / {1e3 * s.riser_heights.worst:.1f}" if s.riser_heights.num else "-",
+        f"{1e3 * s.riser_heights.rms:.1f} / {1e3 * s.riser_heights.worst:.1f}"
+        if s.riser_heights.num
+        else "-",
         f"{s.num_odd_told}/{s.num_odd_judged}" if s.num_odd_judged else "",
         f"{100 * s.calibrated.share_within_1:.0f} % / {100 * s.calibrated.share_within_2:.0f} %"
         if s.calibrated.num_with_std
@@ -206,6 +216,10 @@ def _format_line(name: str, s: KindSummary) -> list[str]:
         str(s.calibrated.num_beyond_3 or ""),
         f"{s.frame_ms:.1f}",
     ]
+
+
+def _group_of(judgement: FrameJudgement) -> str:
+    return judgement.group
 
 
 def _two(errors: MeasureErrors) -> str:

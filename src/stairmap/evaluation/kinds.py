@@ -88,7 +88,7 @@ def load_view(spec: ViewSpec, cache: Path | None = None) -> tuple[View, DepthFra
         return view, view.frame(depth), None if data is None else StepsInView.from_dict(data)
     exact, seen = take_view(view)
     # Through the bytes of the file, so that a first run and a later one see the same image.
-    image = encode_depth_png(np.ascontiguousarray(exact, dtype=np.float32), DEPTH_SCALE)
+    image = encode_depth_png(np.ascontiguousarray(exact), DEPTH_SCALE)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "depth.png").write_bytes(image)
@@ -110,7 +110,11 @@ def judge_view(spec: ViewSpec, detector: Detector, *, cache: Path | None = None)
 
 
 def judge_views(
-    specs: Sequence[ViewSpec], factory: DetectorFactory, *, config: Config | None = None, cache: Path | None = None
+    specs: Sequence[ViewSpec],
+    factory: DetectorFactory,
+    *,
+    config: Config | None = None,
+    cache: Path | None = None,
 ) -> tuple[FrameJudgement, ...]:
     """Judge one detector on views, in this process."""
     detector = factory(Config() if config is None else config)

@@ -12,7 +12,7 @@ import numpy as np
 
 from stairmap.arrays import Points
 from stairmap.simulation.rooms import make_room, make_upper_floor
-from stairmap.simulation.scene import Route, Scene, make_approach_route, make_descent_route
+from stairmap.simulation.scene import Scene, make_approach_route, make_descent_route
 from stairmap.simulation.stair_shapes import FlightShape, StairwayShape
 from stairmap.simulation.stairs import BuiltStairway, build_stairway, true_std
 from stairmap.simulation.triangle_mesh import (
@@ -99,9 +99,7 @@ def make_descending_scene(
             parts.append(make_rectangle((back, y0), (0.0, y1), 0.0))
             parts.append(make_wall((0.0, y0), (0.0, y1), low, 0.0))
         parts.append(make_rectangle((0.0, -_FAR_AWAY), (_FAR_AWAY, _FAR_AWAY), low))
-    return Scene(
-        name=name, mesh=joined(parts), stairways=(built.stairway,), route=make_descent_route(flight)
-    )
+    return Scene(name=name, mesh=joined(parts), stairways=(built.stairway,), route=make_descent_route(flight))
 
 
 def make_sloping_scene(
@@ -126,7 +124,7 @@ def shear_scene(scene: Scene, along: float, across: float) -> Scene:
     """Return a scene whose surfaces rise by ``along * x + across * y``; upright ones stay upright."""
     slope = np.array([along, across])
 
-    def lifted(points: np.ndarray) -> np.ndarray:
+    def lifted(points: Points) -> Points:
         moved = np.array(points)
         moved[..., 2] += moved[..., :2] @ slope
         return moved
@@ -187,7 +185,9 @@ def make_escalator_scene(name: str, random: np.random.Generator) -> tuple[Scene,
     for y0, y1 in ((-5.0, -half - _BALUSTRADE), (half + _BALUSTRADE, 5.0)):
         parts.append(make_rectangle((start, y0), (end + 6.0, y1), low))
     parts.append(make_block([end, -5.0, top - 0.3], [end + 6.0, 5.0, top]))
-    parts.append(make_room((-9.0, -5.0), (end + 6.0, 5.0), floor=low, height=top - low + _ABOVE, has_floor=False))
+    parts.append(
+        make_room((-9.0, -5.0), (end + 6.0, 5.0), floor=low, height=top - low + _ABOVE, has_floor=False)
+    )
     full = nosings[2:-2]
     flight = Flight(
         base=full[0].mean(axis=0) - [0.0, 0.0, rise], heading=0.0, rise=rise, run=run, width=width,

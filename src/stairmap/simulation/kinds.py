@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stairmap.arrays import Float64Array, Transform
 from stairmap.simulation.kind_scenes import (
     make_ascending_scene,
     make_descending_scene,
@@ -35,7 +36,7 @@ VIEW_SENSORS: tuple[ViewSensor, ...] = (
     ("phone_lidar", None),
     ("d435", None),
 )
-"""Sensors of most kinds; Kinect v1 at full size sees what it sees at 320 px, and renders four times longer."""
+"""Sensors of most kinds. Kinect v1 at full size sees what it sees at 320 px and renders four times longer."""
 
 FAR_SENSORS: tuple[ViewSensor, ...] = (*VIEW_SENSORS, ("kinect_v1", None), ("ideal", 320))
 SMOOTHING_SENSORS: tuple[ViewSensor, ...] = (
@@ -52,11 +53,14 @@ PORTRAIT_TURNS = (1, 3)
 """Images turned by a quarter to either side, as of a sensor on its side whose driver turns the image."""
 
 SLOPES = (0.01, 0.02, 0.03, 0.04)
-FAR_DISTANCES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0)
-"""Horizontal distances of the first nosing, m."""
+FAR_DISTANCES = (3.0, 3.5, 4.0, 4.0, 4.0, 4.5, 5.0, 5.5, 6.0)
+"""Horizontal distances of the first nosing, m; 4 m is where recall has its goal."""
 
 ODD_RISER = 0.012
 """How much higher or lower the odd riser of an irregular flight is, m."""
+
+REGULAR = "regular"
+"""Group of the flights without an odd riser."""
 
 IRREGULAR_DISTANCE = 1.5
 """Distance from which single steps are judged, m."""
@@ -202,7 +206,9 @@ def _free_standing(spec: ViewSpec) -> View:
     shape = replace(_draw_shape(random), num_risers=int(random.integers(3, 7)))
     pose = _pose_below(shape, random, distance=random.uniform(0.8, 2.0), height=random.uniform(0.3, 0.6))
     scene = make_ascending_scene("free-standing", shape, random, is_walled=not is_free)
-    view = _view(spec, "nothing behind" if is_free else "wall behind", scene, pose, _dealt(pair, VIEW_SENSORS))
+    view = _view(
+        spec, "nothing behind" if is_free else "wall behind", scene, pose, _dealt(pair, VIEW_SENSORS)
+    )
     return replace(view, seed=(spec.seed, pair, _KIND_NUMBERS[spec.kind]))
 
 
@@ -221,9 +227,7 @@ def _far(spec: ViewSpec) -> View:
     shape = replace(_draw_shape(random), num_risers=int(random.integers(6, 14)))
     scene = make_ascending_scene("far", shape, random)
     pose = _pose_below(shape, random, distance=distance, height=random.uniform(0.35, 1.4), max_azimuth=20.0)
-    return _view(
-        spec, f"{distance:g} m", scene, pose, _dealt(spec.index // len(FAR_DISTANCES), FAR_SENSORS)
-    )
+    return _view(spec, f"{distance:g} m", scene, pose, _dealt(spec.index // len(FAR_DISTANCES), FAR_SENSORS))
 
 
 def _escalator(spec: ViewSpec) -> View:
@@ -259,7 +263,7 @@ def _irregular(spec: ViewSpec) -> View:
     scene = make_ascending_scene("irregular", shape, random)
     pose = _pose_below(shape, random, distance=IRREGULAR_DISTANCE, height=random.uniform(0.35, 1.4))
     return _view(
-        spec, "one riser odd" if is_odd else "regular", scene, pose, _dealt(spec.index // 2, VIEW_SENSORS)
+        spec, "one riser odd" if is_odd else REGULAR, scene, pose, _dealt(spec.index // 2, VIEW_SENSORS)
     )
 
 
@@ -318,8 +322,8 @@ def _pose_below(
     distance: float,
     height: float,
     max_azimuth: float = 30.0,
-    ground: np.ndarray | None = None,
-) -> np.ndarray:
+    ground: Float64Array | None = None,
+) -> Transform:
     """Return the pose of a camera on the lower floor, height above it, that looks at the lower steps."""
     azimuth = np.radians(random.uniform(-max_azimuth, max_azimuth))
     eye = np.array([-distance * np.cos(azimuth), distance * np.sin(azimuth), height])
@@ -332,11 +336,10 @@ def _pose_below(
 
 def _pose_above(
     shape: FlightShape, random: np.random.Generator, *, distance: float, height: float
-) -> np.ndarray:
+) -> Transform:
     """Return the pose of a camera on the upper floor, up to 45 deg aside, that looks down the steps.
 
-    The distance is that of the edge along the way down; the camera stays where the well's walls do
-    not hide the steps.
+    The distance is the edge's, along the way down.
     """
     azimuth = np.radians(random.uniform(-45, 45))
     eye = np.array([-distance, distance * np.tan(azimuth), height])
@@ -353,7 +356,7 @@ def _dealt(turn: int, sensors: tuple[ViewSensor, ...]) -> ViewSensor:
     return sensors[turn % len(sensors)]
 
 
-def _view(spec: ViewSpec, group: str, scene: Scene, pose: np.ndarray, sensor: ViewSensor) -> View:
+def _view(spec: ViewSpec, group: str, scene: Scene, pose: Transform, sensor: ViewSensor) -> View:
     return View(
         kind=spec.kind, group=group, scene=scene, sensor=_sensor(sensor), map_from_camera=pose,
         seed=(spec.seed, spec.index, _KIND_NUMBERS[spec.kind]),
@@ -370,11 +373,11 @@ KINDS: dict[str, Kind] = {
     "overhang": Kind(make=_overhang, num_views=80),
     "roll": Kind(make=_roll, num_views=6 * (NUM_ROLLS + len(PORTRAIT_TURNS))),
     "sloping": Kind(make=_sloping, num_views=65),
-    "descending": Kind(make=_descending, num_views=120),
+    "descending": Kind(make=_descending, num_views=240),
     "on-stairs": Kind(make=_on_stairs, num_views=60),
     "free-standing": Kind(make=_free_standing, num_views=80),
     "wide": Kind(make=_wide, num_views=60),
-    "far": Kind(make=_far, num_views=98),
+    "far": Kind(make=_far, num_views=3 * len(FAR_DISTANCES) * len(FAR_SENSORS)),
     "escalator": Kind(make=_escalator, num_views=40),
     "irregular": Kind(make=_irregular, num_views=60),
     "smoothing": Kind(make=_smoothing, num_views=64),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from stairmap.simulation.flight_scenes import SceneMaker
@@ -68,7 +70,7 @@ def _curtains(random: np.random.Generator) -> list[TriangleMesh]:
     y = np.arange(-2.0, 2.0, 0.02)
     x = 0.06 * np.sin(2 * np.pi * y / 0.15 + 0.6 * np.sin(3 * y)) * (1 + 0.2 * np.sin(1.7 * y))
     points = np.stack([x, y], axis=1)
-    return [make_wall(a, b, 0.03, 2.5) for a, b in zip(points[:-1], points[1:], strict=True)]
+    return [make_wall(a, b, 0.03, 2.5) for a, b in pairwise(points)]
 
 
 def _stacked_chairs(random: np.random.Generator) -> list[TriangleMesh]:
@@ -119,9 +121,7 @@ _OBJECTS = {
 
 def make_other_look_alike(name: str, random: np.random.Generator) -> Scene:
     """Return a room 11 m by 8 m with one look-alike at the origin."""
-    return Scene(
-        name=name, mesh=joined([make_room((-6, -4), (5, 4)), *_OBJECTS[name](random)]), route=_ROUTE
-    )
+    return Scene(name=name, mesh=joined([make_room((-6, -4), (5, 4)), *_OBJECTS[name](random)]), route=_ROUTE)
 
 
 def make_tiled_floor(name: str, random: np.random.Generator) -> Scene:

@@ -35,5 +35,5 @@ def look_along(eye: ArrayLike, direction: ArrayLike, *, roll: float = 0.0) -> Tr
 
 
 def look_at(eye: ArrayLike, aim: ArrayLike, *, roll: float = 0.0) -> Transform:
-    """Return the (4, 4) pose of a camera at ``eye`` that looks at the (3,) point ``aim``; see ``look_along``."""
+    """Return the (4, 4) pose of a camera at (3,) ``eye`` that looks at (3,) ``aim``; see ``look_along``."""
     return look_along(eye, np.asarray(aim, np.float64) - np.asarray(eye, np.float64), roll=roll)

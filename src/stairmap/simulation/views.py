@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, Points, Transform, readonly
+from stairmap.arrays import DepthImage, Float64Array, IntArray, Points, Transform, readonly
 from stairmap.camera import PinholeCamera
 from stairmap.frame import DepthFrame
 from stairmap.simulation.kinect_sensors import KinectV1, KinectV2
@@ -86,7 +86,7 @@ class View:
         """Intrinsics of the image as it is delivered."""
         return turned_camera(self.sensor.camera, self.quarter_turns)
 
-    def frame(self, depth: Float64Array) -> DepthFrame:
+    def frame(self, depth: DepthImage) -> DepthFrame:
         """Return a depth image of the view as a frame, with the true up."""
         return DepthFrame(stamp_ns=0, depth=depth, camera=self.camera, up=self.map_from_camera[2, :3])
 
@@ -133,7 +133,7 @@ class StepsInView:
         )
 
 
-def take_view(view: View) -> tuple[Float64Array, StepsInView | None]:
+def take_view(view: View) -> tuple[DepthImage, StepsInView | None]:
     """Return the noisy depth image of a view, (height, width) m, and what it shows of the flight."""
     # The sensor measures its own image; the image is turned afterwards.
     mounted = _unturned_pose(view.map_from_camera, view.quarter_turns)
@@ -215,7 +215,7 @@ def _image_direction(camera: PinholeCamera, pose: Transform, nosing: Points) -> 
     return np.asarray(direction / max(float(np.linalg.norm(direction)), 1e-12))
 
 
-def _thickness(u: Float64Array, v: Float64Array, direction: Float64Array) -> float:
+def _thickness(u: IntArray, v: IntArray, direction: Float64Array) -> float:
     """Return the mean extent of pixels across a direction of the image, px."""
     if len(u) == 0:
         return 0.0
