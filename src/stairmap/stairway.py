@@ -98,8 +98,6 @@ class Flight:
         Number of risers from the lower level to the upper one.
     left_bounded, right_bounded
         Whether that end of the steps was seen; otherwise the width is a lower bound.
-    overhang
-        How far nosings stand before their risers, m.
     std
         Standard deviations of the measures.
     steps
@@ -114,7 +112,6 @@ class Flight:
     num_risers: int
     left_bounded: bool = True
     right_bounded: bool = True
-    overhang: float = 0.0
     std: FlightStd
     steps: tuple[Step, ...] = ()
 

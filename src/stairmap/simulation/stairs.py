@@ -78,7 +78,6 @@ def build_flight(
         run=float(runs.mean()) if num > 1 else shape.run,
         width=shape.width,
         num_risers=num,
-        overhang=shape.overhang,
         std=true_std(),
         steps=tuple(
             Step(nosing=nosing, num_observations=0)
