@@ -35,8 +35,8 @@ class StairEdge:
     num_pixels
         How many pixels support it.
     std
-        Standard deviation of its own place along ``forward`` and along ``up``, m; NaN where a method
-        gives none.
+        Standard deviations of the step's own place along the stairs and upward, against the lattice of
+        its observation, its measurement included, m; NaN where a method gives none.
     """
 
     nosing: Points
@@ -69,9 +69,6 @@ class StairObservation:
         Stair edges from the lowest to the highest.
     rise, run, width
         Dimensions that this frame alone gives, in metres.
-    overhang, overhang_std
-        How far nosings stand before their risers, and its standard deviation, m. Without a deviation
-        (NaN) the method did not measure it.
     origin
         (3,) point where the lattice of nosings begins, camera frame: nosing ``k`` of the lattice passes
         through ``origin + k * (run * forward + rise * up)``.
@@ -87,6 +84,9 @@ class StairObservation:
         Whether the floor in front of the lowest riser was seen, so that edge 0 is the first step.
     top_seen
         Whether what follows the last nosing is a level surface longer than a step.
+    overhang, overhang_std
+        How far nosings stand out before their risers, and its standard deviation, m; the latter is NaN
+        where the frame does not tell.
     points
         (N, 3) points that support the edges, camera frame, in metres.
     """
@@ -99,13 +99,13 @@ class StairObservation:
     rise: float
     run: float
     width: float
-    overhang: float = 0.0
-    overhang_std: float = float("nan")
     origin: Vector
     covariance: Float64Array
     rise_information: Float64Array = field(default_factory=lambda: np.zeros((0, 0)))
     floor_seen: bool = False
     top_seen: bool = False
+    overhang: float = 0.0
+    overhang_std: float = float("nan")
     points: Points
 
     def __post_init__(self) -> None:
