@@ -16,12 +16,17 @@ from stairmap.config import Config, load_config
 from stairmap.errors import OutputError
 from stairmap.evaluation.convergence import draw_convergences, record_convergence
 from stairmap.evaluation.detection_rates import QUICK_GRID, RateGrid, RatePanel, measure_panels
+from stairmap.evaluation.frame_judging import FrameJudgement
+from stairmap.evaluation.kind_tables import format_kinds, summarize_kinds
+from stairmap.evaluation.kinds import make_view_specs, run_views
 from stairmap.evaluation.rate_plots import draw_rates
 from stairmap.evaluation.real import RealResult, run_real_suite
 from stairmap.evaluation.running import TrialSettings, run_trials
 from stairmap.evaluation.suites import SIMULATED_SUITES, TrialChoice, make_specs
 from stairmap.evaluation.tables import format_all, format_real
 from stairmap.evaluation.trials import TrialResult, TrialSpec
+from stairmap.pipeline import METHODS
+from stairmap.simulation.kinds import ViewSpec
 from stairmap.simulation.robots import ROBOTS
 from stairmap.simulation.sensors import SENSORS
 from stairmap.visualization.plots import png_from_figure
@@ -40,6 +45,7 @@ def evaluate_methods(request: EvaluateRequest) -> int:
     """
     config = load_config(request.config_file, request.overrides)
     specs = _make_specs(request)
+    views = _make_view_specs(request)
     results = _run_simulated(request, config, specs)
     real: tuple[RealResult, ...] = ()
     if "real" in request.suites:
@@ -48,12 +54,21 @@ def evaluate_methods(request: EvaluateRequest) -> int:
     grid = QUICK_GRID if request.is_quick else RateGrid()
     if "rates" in request.suites:
         panels = _measure_rates(request, config, grid)
+    judgements = {method: _judge_views(request, config, method, views) for method in request.methods if views}
     tables = [format_all(results, request.methods)] if results else []
     tables += [format_real(real)] if real else []
+    tables += [format_kinds(f"{method}, by kind", mine) for method, mine in judgements.items()]
     data = {
         "trials": [result.to_dict() for result in results],
         "real": [result.to_dict() for result in real],
         "rates": [panel.to_dict() for panel in panels],
+        "kinds": {
+            method: {
+                "summaries": summarize_kinds(mine),
+                "views": [judgement.to_dict() for judgement in mine],
+            }
+            for method, mine in judgements.items()
+        },
     }
     if request.output is not None:
         _write_text(request.output / "tables.md", "\n\n".join(tables) + "\n")
@@ -89,6 +104,34 @@ def _make_specs(request: EvaluateRequest) -> tuple[TrialSpec, ...]:
         if value is not None and value not in known:
             raise typer.BadParameter(f"--{name}: {value!r} is not one of {', '.join(sorted(known))}")
     return specs
+
+
+def _make_view_specs(request: EvaluateRequest) -> tuple[ViewSpec, ...]:
+    if "kinds" not in request.suites:
+        return ()
+    try:
+        return make_view_specs(request.kinds, seed=request.seed, is_quick=request.is_quick)
+    except ValueError as error:
+        raise typer.BadParameter(f"--kind: {error}") from error
+
+
+def _judge_views(
+    request: EvaluateRequest, config: Config, method: str, specs: Sequence[ViewSpec]
+) -> tuple[FrameJudgement, ...]:
+    with TrialProgress(len(specs), unit="view") as progress:
+
+        def count(judgements: tuple[FrameJudgement, ...]) -> None:
+            for judgement in judgements:
+                progress.advance(f"{method}, {judgement.kind}")
+
+        return run_views(
+            specs,
+            METHODS[method][0],
+            config=config,
+            cache=request.cache,
+            num_workers=_num_workers(request),
+            on_judgements=count,
+        )
 
 
 def _run_simulated(

@@ -16,6 +16,8 @@ class EvaluateRequest:
         Names.
     only, sensor, width, robot, seed, num_drives, is_quick
         See ``stairmap.evaluation.suites.TrialChoice``.
+    kinds
+        Kinds of the suite ``kinds``; none: all.
     data
         Folder with ``buildings`` and ``real``.
     cache
@@ -41,6 +43,7 @@ class EvaluateRequest:
     seed: int
     num_drives: int | None
     is_quick: bool
+    kinds: tuple[str, ...]
     data: Path
     cache: Path | None
     num_workers: int | None

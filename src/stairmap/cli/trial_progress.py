@@ -16,10 +16,12 @@ class TrialProgress:
     ----------
     num_trials
         How many there will be.
+    unit
+        What each is called.
     """
 
-    def __init__(self, num_trials: int) -> None:
-        self._num_trials = num_trials
+    def __init__(self, num_trials: int, *, unit: str = "trial") -> None:
+        self._num_trials, self._unit = num_trials, unit
         self._count = 0
         self._progress = Progress(
             BarColumn(bar_width=20),
@@ -29,7 +31,7 @@ class TrialProgress:
             transient=True,
             disable=not sys.stderr.isatty(),
         )
-        self._task = self._progress.add_task(f"trial 0/{num_trials}", total=num_trials)
+        self._task = self._progress.add_task(f"{unit} 0/{num_trials}", total=num_trials)
 
     def __enter__(self) -> TrialProgress:
         self._progress.start()
@@ -47,5 +49,7 @@ class TrialProgress:
         """Count one more trial and say which."""
         self._count += 1
         self._progress.update(
-            self._task, completed=self._count, description=f"trial {self._count}/{self._num_trials} · {text}"
+            self._task,
+            completed=self._count,
+            description=f"{self._unit} {self._count}/{self._num_trials} · {text}",
         )

@@ -21,6 +21,12 @@ class FlightShape:
         Number of risers; the last tread is the upper floor or landing.
     overhang
         How far a nosing stands before its riser; codes allow 0 to 0.03.
+    lip
+        Thickness of treads that overhang or stand free.
+    tread_slope
+        How much the treads fall towards the front, as a ratio; floor, landing and top stay level.
+    odd_risers
+        Risers that are higher than the others by so much, as (number from 0, m).
     irregularity
         Standard deviation of each single rise and run; surveys found up to 0.019 and 0.011.
     open_risers
@@ -36,6 +42,9 @@ class FlightShape:
     width: float
     num_risers: int
     overhang: float = 0.0
+    lip: float = 0.04
+    tread_slope: float = 0.0
+    odd_risers: tuple[tuple[int, float], ...] = ()
     irregularity: float = 0.0
     open_risers: bool = False
     soffit: bool = False

@@ -6,9 +6,6 @@ from stairmap.arrays import Points
 from stairmap.simulation.stair_shapes import FlightShape, Side
 from stairmap.simulation.triangle_mesh import TriangleMesh, joined, make_block, make_prism, make_wall
 
-_SLAB = 0.04
-"""Thickness of treads that stand free and of nosings that overhang, m."""
-
 _WAIST = 0.15
 """Vertical thickness of a sloping slab below the inner corners of its steps, m."""
 
@@ -34,15 +31,20 @@ def _closed_steps(shape: FlightShape, nosings: Points) -> list[TriangleMesh]:
     # The last tread is a slab as deep as one run; the floor behind it is the scene's.
     fronts = [*nosings[:, 0, 0], nosings[-1, 0, 0] + shape.run - shape.overhang]
     solids = []
-    for index, z in enumerate(nosings[:, 0, 2]):
+    for index, (nosing_x, _, z) in enumerate(nosings[:, 0]):
+        # The last tread is the upper floor, which is level.
+        fall = shape.tread_slope if index + 1 < shape.num_risers else 0.0
         front, back = fronts[index] + shape.overhang, fronts[index + 1] + shape.overhang
         below_front, below_back = 0.0, 0.0
         if shape.soffit:
             below_front, below_back = front * slope - _WAIST, back * slope - _WAIST
-        profile = [(front, below_front), (back, below_back), (back, z), (front, z)]
+        top_front, top_back = z + fall * (front - nosing_x), z + fall * (back - nosing_x)
+        profile = [(front, below_front), (back, below_back), (back, top_back), (front, top_front)]
         solids.append(make_prism(profile, -half, half))
         if shape.overhang > 0:
-            solids.append(make_block([front - shape.overhang, -half, z - _SLAB], [front, half, z]))
+            tip = front - shape.overhang
+            lip = [(tip, z - shape.lip), (front, top_front - shape.lip), (front, top_front), (tip, z)]
+            solids.append(make_prism(lip, -half, half))
     return solids
 
 
@@ -51,7 +53,7 @@ def _open_steps(shape: FlightShape, nosings: Points) -> list[TriangleMesh]:
     solids = []
     for index in range(shape.num_risers):
         x, z = nosings[index, 0, 0], nosings[index, 0, 2]
-        solids.append(make_block([x, -half, z - _SLAB], [x + shape.run + shape.overhang, half, z]))
+        solids.append(make_block([x, -half, z - shape.lip], [x + shape.run + shape.overhang, half, z]))
     slope, end = shape.rise / shape.run, nosings[-1, 0, 0]
     upper, lower = shape.rise - 0.03, shape.rise - 0.28
     profile = [

@@ -18,7 +18,7 @@ _SIMULATED = ("table1", "stairs", "buildings", "look-alikes")
 
 
 class Suite(str, Enum):
-    """Names of the suites; ``all`` is all but ``rates``."""
+    """Names of the suites; ``all`` is all but the single frames of ``rates`` and ``kinds``."""
 
     table1 = "table1"
     stairs = "stairs"
@@ -26,6 +26,7 @@ class Suite(str, Enum):
     look_alikes = "look-alikes"
     real = "real"
     rates = "rates"
+    kinds = "kinds"
     all = "all"
 
 
@@ -43,7 +44,7 @@ def evaluate(
         list[Suite],
         typer.Argument(
             metavar="SUITE...",
-            help="table1, stairs, buildings, look-alikes, real, all of these: all; or rates.",
+            help="table1, stairs, buildings, look-alikes, real, all of these: all; rates; kinds.",
             show_default=False,
         ),
     ],
@@ -85,6 +86,12 @@ def evaluate(
         bool,
         typer.Option("--quick", help="One drive per scene, few frames of 320 px.", rich_help_panel=_TRIALS),
     ] = False,
+    kind: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help="Only this kind of kinds; may be repeated.", rich_help_panel=_TRIALS
+        ),
+    ] = None,
     data: Annotated[
         Path,
         typer.Option(
@@ -140,6 +147,7 @@ def evaluate(
       stairmap evaluate stairs --only half_turn --sensor d435 --method stairmap
       stairmap evaluate all --cache ~/frames -o results/evaluation
       stairmap evaluate rates -o results/rates
+      stairmap evaluate kinds --kind descending --kind roll --method stairmap
 
     docs/evaluation.md says what is judged, and how.
     """
@@ -147,7 +155,7 @@ def evaluate(
 
     names = [suite.value for suite in suites]
     if "all" in names:
-        names = [*_SIMULATED, "real", *(["rates"] if "rates" in names else [])]
+        names = [*_SIMULATED, "real", *(name for name in names if name in ("rates", "kinds"))]
     if output is None and ("rates" in names or convergence):
         raise typer.BadParameter("pictures need --output DIR")
     request = EvaluateRequest(
@@ -160,6 +168,7 @@ def evaluate(
         seed=seed,
         num_drives=drives,
         is_quick=quick,
+        kinds=tuple(kind or ()),
         data=data,
         cache=cache,
         num_workers=jobs,
