@@ -45,6 +45,8 @@ class Scene:
         Its scans along the heading.
     noise
         Standard deviation of inverse distance of a ray of a strip, 1/m.
+    smoothing
+        Over how many pixels the sensor blends both sides of a jump, standard deviation.
     up_std
         Standard deviation of the direction of up, rad.
     stamp_ns
@@ -54,6 +56,7 @@ class Scene:
     image: InverseDepthImage
     elevation: Elevation
     noise: float
+    smoothing: float
     up_std: float
     stamp_ns: int
 
@@ -148,7 +151,7 @@ def _fit_seen_steps(
     for _ in range(MAX_ROUNDS):
         fitted = fit_profile(
             measured, profile, noise=scene.noise, row_size=grid.row_size, known_shift=grid.edge_shift,
-            up_std=scene.up_std, around=fitted,
+            smoothing=scene.smoothing, up_std=scene.up_std, around=fitted,
         )  # fmt: skip
         if fitted is None:
             return None

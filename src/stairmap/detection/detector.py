@@ -18,6 +18,7 @@ from stairmap.detection.fit import MIN_NOISE
 from stairmap.detection.inverse_depth import (
     InverseDepthImage,
     SurfaceNormals,
+    estimate_smoothing,
     fit_surface_normals,
     inverse_depth_from_frame,
 )
@@ -144,6 +145,7 @@ class StairEdgeDetector:
         """Examine what repeats like stairs along each heading."""
         up, up_std = corrected
         ahead, left = level_axes(up)
+        smoothing = estimate_smoothing(image)
         noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
         candidates: list[Candidate] = []
         for angle, num_distances in headings:
@@ -152,7 +154,10 @@ class StairEdgeDetector:
             elevation = make_elevation(image, up, np.cos(angle) * ahead + np.sin(angle) * left)
             if elevation is None:
                 continue
-            scene = Scene(image=image, elevation=elevation, noise=noise, up_std=up_std, stamp_ns=stamp_ns)
+            scene = Scene(
+                image=image, elevation=elevation, noise=noise, smoothing=smoothing, up_std=up_std,
+                stamp_ns=stamp_ns,
+            )  # fmt: skip
             corners = find_corners(elevation, noise=noise)
             groups = group_corners(corners, num_strips=len(elevation.bearing), noise=noise)
             for lattice in find_lattices(

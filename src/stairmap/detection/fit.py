@@ -63,10 +63,6 @@ COARSE_STDS = (0.030, 0.015, 0.007, 0.003)
 NUM_FINE_ROUNDS = 3
 """Rounds in which each step has its own place."""
 
-SMOOTHINGS = (0.5, 1.1, 2.2)
-"""Standard deviations of the blending of surfaces that are tried, rows: a pixel's footprint; a pixel and a
-half; a phone's LiDAR."""
-
 ROWS_PER_ENTRY = 0.5
 """Predictions are tabulated at every half row; between them they are straight."""
 
@@ -202,6 +198,7 @@ def fit_profile(
     noise: float,
     row_size: float,
     known_shift: float,
+    smoothing: float,
     up_std: float,
     around: FittedProfile | None = None,
 ) -> FittedProfile | None:
@@ -219,6 +216,8 @@ def fit_profile(
         Height of a row as a slope.
     known_shift
         How many rows reducing the image moved the edges of near surfaces outward.
+    smoothing
+        Standard deviation over which the sensor and a pixel's footprint blend surfaces, rows.
     up_std
         Standard deviation of the direction of up, rad.
     around
@@ -229,21 +228,18 @@ def fit_profile(
     The fitted profile, or ``None`` when too few rays lie near it or the equations break down.
     """
     noise = max(noise, MIN_NOISE)
-    state = _State(profile=start, shift=known_shift, angles=np.zeros(3), smoothing=SMOOTHINGS[0], noise=noise)
+    state = _State(profile=start, shift=known_shift, angles=np.zeros(3), smoothing=smoothing, noise=noise)
     coarse_stds = COARSE_STDS
     if around is not None:
         angles = np.array([around.tilt, around.roll, around.turn])
         state = replace(
-            state, shift=around.edge_shift, angles=angles, smoothing=around.smoothing, noise=around.noise
+            state, shift=around.edge_shift, angles=angles, noise=around.noise
         )
         coarse_stds = COARSE_STDS[-2:]
     prior = _Prior(start, known_shift, up_std)
     equations = None
     for coarse in (*coarse_stds, *(0.0,) * NUM_FINE_ROUNDS):
         table = _Table(rays.turned(*state.angles), state, row_size)
-        if coarse == COARSE_STDS[-1]:
-            state = replace(state, smoothing=_best_smoothing(rays, state, row_size))
-            table = _Table(rays.turned(*state.angles), state, row_size)
         if coarse == 0.0:
             state = replace(state, noise=table.noise_seen(noise))
         equations = table.equations(state, coarse)
@@ -376,11 +372,6 @@ class _Table:
             + self.prediction.edge_spread**2
         )
 
-    def cost(self, noise: float, coarse: float) -> float:
-        """Robust cost of all rays, for comparing predictions."""
-        ratio = self.residual**2 / self.variance(noise, coarse)[self.entry]
-        return float(np.sum(ratio / (1.0 + ratio / TAIL**2)))
-
     def equations(self, state: _State, coarse: float) -> tuple[Float64Array, Float64Array] | None:
         """Normal matrix and gradient over all values, without the prior; ``None`` with too few rays."""
         variance = self.variance(state.noise, coarse)[self.entry]
@@ -447,16 +438,6 @@ def _slope_range(profile: StairProfile) -> tuple[float, float]:
         return float(low), float((z[-1] + ABOVE_LAST * profile.rise) / near[-1])
     low = z[-1] / max(near[-1] - FLOOR_BEFORE * run, 0.1)
     return float(low), float(z[0] / (near[0] + LEVEL_BEHIND * run))
-
-
-def _best_smoothing(rays: Rays, state: _State, row_size: float) -> float:
-    """The smoothing under which the rays agree best with the profile."""
-    turned = rays.turned(*state.angles)
-    costs = []
-    for smoothing in SMOOTHINGS:
-        trial = replace(state, smoothing=smoothing)
-        costs.append(_Table(turned, trial, row_size).cost(state.noise, COARSE_STDS[-1]))
-    return SMOOTHINGS[int(np.argmin(costs))]
 
 
 def _result(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.special import ndtr
 
 from stairmap.arrays import Float32Array, Mask
 from stairmap.camera import PinholeCamera
@@ -19,6 +20,25 @@ from stairmap.frame import DepthFrame
 MAX_WORKING_WIDTH = 360
 """Images are reduced by a whole factor until they are no wider than this, in pixels."""
 
+
+JUMP_STEP = 4
+"""Every so many columns and rows are looked at for how a sensor shows jumps."""
+
+JUMP_REACH, PLATEAU_REACH = 3, 6
+"""A jump is looked at over so many pixels to either side of it; beyond, up to the second, lie plateaus."""
+
+MIN_JUMP_SHARE, MAX_PLATEAU_SHARE = 0.08, 0.15
+"""Least share of inverse depth that a jump takes, and the most that a plateau changes, of the jump: a floor
+that recedes changes everywhere."""
+
+MIN_JUMPS = 15
+"""Fewest jumps that tell how a sensor smooths."""
+
+SHARP = 0.5
+"""Standard deviation over which a pixel's footprint blends what it sees, pixels: the least there is."""
+
+SMOOTHINGS = np.linspace(0.2, 4.0, 77)
+"""Standard deviations that are told apart, pixels."""
 
 MAX_BEND = np.radians(10.0)
 """Largest angle between the normals above and below a window inside of one surface, rad."""
@@ -95,6 +115,53 @@ def inverse_depth_from_frame(frame: DepthFrame, *, max_depth: float) -> InverseD
         cy=(frame.camera.cy + 0.5) / stride - 0.5,
     )
     return InverseDepthImage(inverse_depth=inverse, valid=inverse > 0, camera=camera, stride=stride)
+
+
+def estimate_smoothing(image: InverseDepthImage) -> float:
+    """Estimate over how many pixels a sensor blends both sides of a jump of depth.
+
+    Between two plateaus, a jump smoothed by a Gaussian takes a known share of itself in its steepest pixel.
+    The upper quartile of all jumps counts: edges that run aslant look smoother than the sensor is.
+
+    Parameters
+    ----------
+    image
+        Inverse depth.
+
+    Returns
+    -------
+    The Gaussian's standard deviation, pixels; ``SHARP`` where too few jumps are in view, and at least that.
+    """
+    q = image.inverse_depth
+    shares = np.concatenate([_jump_shares(q[:, ::JUMP_STEP]), _jump_shares(q[::JUMP_STEP].T)])
+    if len(shares) < MIN_JUMPS:
+        return SHARP
+    within = ndtr(JUMP_REACH / SMOOTHINGS) - ndtr(-JUMP_REACH / SMOOTHINGS)
+    expected = (ndtr(0.5 / SMOOTHINGS) - ndtr(-0.5 / SMOOTHINGS)) / within
+    seen = float(np.percentile(shares, 75))
+    return max(float(np.interp(-seen, -expected, SMOOTHINGS)), SHARP)
+
+
+def _jump_shares(scans: Float32Array) -> Float32Array:
+    """Share of each jump along the columns of (R, C) scans that its steepest pixel takes."""
+    reach, far = JUMP_REACH, PLATEAU_REACH
+    count = len(scans) - 2 * far
+    if count < 1:
+        return np.zeros(0, dtype=np.float32)
+
+    def at(offset: int) -> Float32Array:
+        return scans[far + offset : far + offset + count]
+
+    total = at(reach) - at(-reach)
+    limit = np.float32(MAX_PLATEAU_SHARE) * np.abs(total)
+    is_jump = np.abs(total) > np.float32(MIN_JUMP_SHARE) * np.maximum(at(reach), at(-reach))
+    is_jump &= (np.abs(at(-reach) - at(-far)) < limit) & (np.abs(at(far) - at(reach)) < limit)
+    row, column = np.nonzero(is_jump)
+    window = scans[row[:, None] + far + np.arange(-far, far + 1), column[:, None]]
+    steps = np.abs(np.diff(window[:, far - reach : far + reach + 1], axis=1))
+    steepest = np.argmax(steps, axis=1)
+    is_central = (window > 0).all(axis=1) & (np.abs(steepest - (reach - 0.5)) < 1.0)
+    return np.asarray((steps.max(axis=1, initial=0.0) / np.abs(total[row, column]))[is_central])
 
 
 def _reduce_blocks(inverse: Float32Array, stride: int) -> Float32Array:

@@ -29,6 +29,9 @@ BEHIND_SHARE = 0.5
 MIN_SHIFTED_JUMP = 0.02
 """A sensor shifts an edge outward where inverse distance jumps by more than this share."""
 
+EDGE_PLACE_STD = 0.5
+"""A row shows what lies somewhere within it: standard deviation of an edge's place, rows."""
+
 LOGISTIC_WIDTH = 0.55
 """Scale of the logistic function that is nearest to a Gaussian's integral, in its standard deviations."""
 
@@ -409,7 +412,11 @@ def predict(
         gradient[rows, :-1] += (share * top[at] + side * width * ramp)[:, None] * change[:, 1]
         gradient[rows, :-1] -= steepness * outline.top_gradient[at]
         gradient[rows, -1] -= steepness[:, 0] * outward[at]
-        variance[rows] += share * (1 - share) * jump[at] ** 2
+        variance[rows] += (steepness[:, 0] * EDGE_PLACE_STD * row_size) ** 2
+        # How far a wide ramp falls is unknown where nothing is known of what lies behind.
+        either_behind = (outline.surface[at] == Surface.BEHIND) | (outline.surface[at + 1] == Surface.BEHIND)
+        blend = max(smoothing / EDGE_PLACE_STD - 1.0, 0.0)
+        variance[rows] += either_behind * blend * share * (1 - share) * jump[at] ** 2
         other = np.where(side > 0, at + 1, at)
         beside = outline.surface[other] == Surface.BEHIND
         limit = line[other, 0] + line[other, 1] * slopes[rows]
