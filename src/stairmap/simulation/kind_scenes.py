@@ -58,7 +58,7 @@ def make_ascending_scene(
     built = _build(shape, random)
     flight = built.stairway.flights[0]
     end = float(flight.steps[-1].nosing[0, 0]) + _LANDING
-    parts = [built.mesh, make_upper_floor(flight, _LANDING)]
+    parts = [built.mesh, make_upper_floor(flight, _LANDING, setback=shape.overhang)]
     if is_walled:
         side = max(shape.width / 2 + 2.0, 5.0)
         parts.append(make_room((-9.0, -side), (end, side), height=built.top_z + _ABOVE))

@@ -45,7 +45,8 @@ def evaluate(
         list[Suite],
         typer.Argument(
             metavar="SUITE...",
-            help="table1, stairs, buildings, look-alikes, kind-drives, real, all of these: all; rates; kinds.",
+            help="table1, stairs, buildings, look-alikes, kind-drives, real; all: all of these; "
+            "single frames: rates, kinds.",
             show_default=False,
         ),
     ],
