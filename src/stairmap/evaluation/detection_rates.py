@@ -155,18 +155,12 @@ def measure_panel(
     detectors = [METHODS[method][0](Config() if config is None else config) for method in methods]
     place = [list(grid.sensors).index(sensor_setting), list(grid.heights).index(height)]
     hits = np.zeros((2, len(methods), len(grid.angles), len(grid.distances)))
-    stairs = [
-        make_feature_scene(name, np.random.default_rng([grid.seed, 1]), hall=STAIR_HALL)
-        for name in STAIR_SCENES
-    ]
-    look_alikes = [make_scene(name, grid.seed) for name in SCENE_GROUPS["look-alikes"]]
-    for is_look_alike, scenes in enumerate((stairs, look_alikes)):
+    for is_look_alike, stages in enumerate(make_stages(grid.seed)):
         random = np.random.default_rng([grid.seed, 3, is_look_alike, *place])
-        views = [_Stage(scene) for scene in scenes]
         turn = 0
         for row, column in np.ndindex(len(grid.angles), len(grid.distances)):
             for _ in range(grid.num_views):
-                stage = views[turn % len(views)]
+                stage = stages[turn % len(stages)]
                 turn += 1
                 pose = stage.sample_pose(grid.distances[column], grid.angles[row], height, random)
                 depth = sensor.measure(stage.caster.render(sensor.camera, pose), random)
@@ -211,6 +205,15 @@ def measure_panels(
             if on_panel is not None:
                 on_panel(found[0])
     return tuple(panels)
+
+
+def make_stages(seed: int) -> tuple[tuple[_Stage, ...], tuple[_Stage, ...]]:
+    """Return the scenes of stairs and the look-alikes, ready for cameras."""
+    stairs = tuple(
+        _Stage(make_feature_scene(name, np.random.default_rng([seed, 1]), hall=STAIR_HALL))
+        for name in STAIR_SCENES
+    )
+    return stairs, tuple(_Stage(make_scene(name, seed)) for name in SCENE_GROUPS["look-alikes"])
 
 
 class _Stage:
