@@ -36,3 +36,15 @@ def test_wrong_choices_are_refused_before_anything_runs(tmp_path: Path) -> None:
         assert word in outcome.stderr
     check_refused(stairmap("evaluate", "buildings", "--data", tmp_path), "--data")
     check_refused(stairmap("evaluate", "real", "--data", tmp_path), "--data")
+
+
+def test_kinds_print_a_line_for_each_and_json_for_each_view(tmp_path: Path) -> None:
+    arguments = ("evaluate", "kinds", "--kind", "wide", "--quick", "--method", "stairmap", "--jobs", "1")
+    outcome = stairmap(*arguments, "--cache", tmp_path)
+    assert outcome.code == 0
+    assert [line.split()[1] for line in outcome.stdout.splitlines()[2:]] == ["wide", "·", "·", "·"]
+    outcome = stairmap(*arguments, "--cache", tmp_path, "--json")
+    kinds = json.loads(outcome.stdout)["kinds"]["stairmap"]
+    assert kinds["summaries"]["wide"]["num_views"] == len(kinds["views"]) == 15
+    outcome = stairmap("evaluate", "kinds", "--kind", "castle")
+    assert outcome.code == 2 and "overhang" in outcome.stderr

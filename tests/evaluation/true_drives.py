@@ -13,14 +13,16 @@ from stairmap.evaluation.truth import DriveTruth, TrueFlight
 from stairmap.stairway import Flight, FlightStd, Stairway, Step
 from stairmap.transforms import rotation_from_vector, transform_from_parts
 
-STD = FlightStd(rise=0.002, run=0.003, width=0.02, pitch=0.01, heading=0.01, base=np.full(3, 0.01))
+STD = FlightStd(
+    rise=0.002, run=0.003, width=0.02, pitch=0.01, heading=0.01, base=np.full(3, 0.01), overhang=0.003
+)
 
 
 def make_flight(**changes: Any) -> Flight:
     """Return a flight of ten risers with its nosings, turned and away from the origin."""
     measures: dict[str, Any] = {
         "base": np.array([2.0, -1.0, 0.3]), "heading": 0.7, "rise": 0.17, "run": 0.28, "width": 1.2,
-        "num_risers": 10, "std": STD,
+        "num_risers": 10, "overhang": 0.02, "std": STD,
     }  # fmt: skip
     flight = Flight(**{**measures, **changes})
     return replace(flight, steps=tuple(Step(nosing=edge, num_observations=5) for edge in flight.edges()))

@@ -18,13 +18,13 @@ from stairmap.evaluation.convergence import draw_convergences, record_convergenc
 from stairmap.evaluation.detection_rates import QUICK_GRID, RateGrid, RatePanel, measure_panels
 from stairmap.evaluation.frame_judging import FrameJudgement
 from stairmap.evaluation.kind_tables import format_kinds, summarize_kinds
-from stairmap.evaluation.kinds import make_view_specs, run_views
 from stairmap.evaluation.rate_plots import draw_rates
 from stairmap.evaluation.real import RealResult, run_real_suite
 from stairmap.evaluation.running import TrialSettings, run_trials
 from stairmap.evaluation.suites import SIMULATED_SUITES, TrialChoice, make_specs
 from stairmap.evaluation.tables import format_all, format_real
 from stairmap.evaluation.trials import TrialResult, TrialSpec
+from stairmap.evaluation.view_running import make_view_specs, run_views
 from stairmap.pipeline import METHODS
 from stairmap.simulation.kinds import ViewSpec
 from stairmap.simulation.robots import ROBOTS

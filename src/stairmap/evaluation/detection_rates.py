@@ -15,18 +15,19 @@ from typing import Any
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, Transform, Vector, readonly
+from stairmap.arrays import Float64Array, Transform, readonly
 from stairmap.config import Config
 from stairmap.evaluation.drift import find_observed_flight
 from stairmap.evaluation.workers import make_worker_pool
 from stairmap.frame import DepthFrame
 from stairmap.pipeline import METHODS
+from stairmap.simulation.flight_scenes import make_feature_scene
 from stairmap.simulation.render import RayCaster
-from stairmap.simulation.robots import OPTICAL_FROM_BODY_AXES
 from stairmap.simulation.scene import Scene
 from stairmap.simulation.scenes import SCENE_GROUPS, make_scene
 from stairmap.simulation.sensors import make_sensor
-from stairmap.transforms import rotation_from_vector, transform_from_parts
+from stairmap.simulation.viewpoints import look_at
+from stairmap.transforms import rotation_from_vector
 
 STAIR_SCENES = ("free_standing", "railings", "wide")
 """Stairs that can be seen from any side; all in halls."""
@@ -37,8 +38,11 @@ AIM_HEIGHT = 0.5
 UP_STD = float(np.radians(0.4))
 """Error of up as an IMU tells it, rad; as in ``simulation.odometry``."""
 
-_HALL_SIDE = 3.7
-"""Farthest that a camera may stand aside in the look-alikes' room, m; its wall is at 4."""
+STAIR_HALL = (8.0, 7.5)
+"""Length and half width of the halls of stairs, m: no camera stands behind a wall."""
+
+_HALL_SIDE, _HALL_BACK = 3.7, 5.7
+"""Farthest that a camera may stand aside and back in the look-alikes' room, m; its walls are at 4 and 6."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +65,7 @@ class RateGrid:
         Seed of everything that varies.
     """
 
-    distances: tuple[float, ...] = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0)
+    distances: tuple[float, ...] = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0)
     angles: tuple[float, ...] = tuple(float(np.radians(angle)) for angle in (0, 15, 30, 45, 60, 75))
     sensors: tuple[tuple[str, int | None], ...] = (
         ("kinect_v1", 320),
@@ -151,13 +155,12 @@ def measure_panel(
     detectors = [METHODS[method][0](Config() if config is None else config) for method in methods]
     place = [list(grid.sensors).index(sensor_setting), list(grid.heights).index(height)]
     hits = np.zeros((2, len(methods), len(grid.angles), len(grid.distances)))
-    for is_look_alike, scenes in enumerate((STAIR_SCENES, SCENE_GROUPS["look-alikes"])):
+    for is_look_alike, stages in enumerate(make_stages(grid.seed)):
         random = np.random.default_rng([grid.seed, 3, is_look_alike, *place])
-        views = [_Stage(make_scene(scene, grid.seed)) for scene in scenes]
         turn = 0
         for row, column in np.ndindex(len(grid.angles), len(grid.distances)):
             for _ in range(grid.num_views):
-                stage = views[turn % len(views)]
+                stage = stages[turn % len(stages)]
                 turn += 1
                 pose = stage.sample_pose(grid.distances[column], grid.angles[row], height, random)
                 depth = sensor.measure(stage.caster.render(sensor.camera, pose), random)
@@ -204,6 +207,15 @@ def measure_panels(
     return tuple(panels)
 
 
+def make_stages(seed: int) -> tuple[tuple[_Stage, ...], tuple[_Stage, ...]]:
+    """Return the scenes of stairs and the look-alikes, ready for cameras."""
+    stairs = tuple(
+        _Stage(make_feature_scene(name, np.random.default_rng([seed, 1]), hall=STAIR_HALL))
+        for name in STAIR_SCENES
+    )
+    return stairs, tuple(_Stage(make_scene(name, seed)) for name in SCENE_GROUPS["look-alikes"])
+
+
 class _Stage:
     """A scene with the place that cameras aim at."""
 
@@ -220,18 +232,7 @@ class _Stage:
         distance *= 1 + random.normal(0, 0.03)
         eye = np.array([-distance * np.cos(angle), distance * np.sin(angle), height])
         if not self.flights:
-            eye[1] = np.clip(eye[1], -_HALL_SIDE, _HALL_SIDE)
+            eye[:2] = np.maximum(eye[:2], [-_HALL_BACK, -_HALL_SIDE])
+            eye[1] = min(eye[1], _HALL_SIDE)
         aim = np.array([0.0, 0.0, AIM_HEIGHT]) + random.normal(0, 0.05, 3)
-        return transform_from_parts(_looking(aim - eye, roll=random.normal(0, np.radians(2))), eye)
-
-
-def _looking(direction: Vector, *, roll: float) -> Float64Array:
-    """Return the (3, 3) rotation of an optical frame that looks along a direction, rolled by an angle."""
-    heading = np.arctan2(direction[1], direction[0])
-    pitch = np.arctan2(-direction[2], np.hypot(direction[0], direction[1]))
-    return np.asarray(
-        rotation_from_vector([0, 0, heading])
-        @ rotation_from_vector([0, pitch, 0])
-        @ rotation_from_vector([roll, 0, 0])
-        @ OPTICAL_FROM_BODY_AXES
-    )
+        return look_at(eye, aim, roll=random.normal(0, np.radians(2)))

@@ -6,7 +6,7 @@ estimate; a width with an unbounded side is a lower bound and stands apart as ``
 both sides, because an unseen end moves the middle. They are taken against the mean drift over the frames
 of the flight. A method may weight these frames as it likes, so ``place`` also tells the horizontal
 distance of the base from the nearest place that the drift moved it to in any of them: what no weighting
-explains.
+explains. ``overhang`` is NaN where the estimate or the truth does not know it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from stairmap.evaluation.truth import TrueFlight
 from stairmap.geometry import wrapped_angle
 from stairmap.stairway import Flight
 
-CALIBRATED = ("rise", "run", "width", "pitch", "heading", "across", "along", "up")
+CALIBRATED = ("rise", "run", "width", "pitch", "heading", "across", "along", "up", "overhang")
 """Measures for which a standard deviation is stated."""
 
 MEASURES = (*CALIBRATED, "place", "open_width")
@@ -88,6 +88,7 @@ def find_errors(estimate: Flight, truth: TrueFlight, drifts: Float64Array) -> Fl
         "across": offset[1] if is_bounded else np.nan,
         "along": offset[0],
         "up": offset[2],
+        "overhang": estimate.overhang - moved.overhang,
         "place": _find_distance(estimate, foot - moved.base, truth.flight, drifts, is_bounded=is_bounded),
         "open_width": np.nan if is_bounded else estimate.width - moved.width,
     }
@@ -142,7 +143,7 @@ def _stated_stds(estimate: Flight, rotation: Float64Array) -> dict[str, float]:
     base = np.sqrt((rotation.T**2) @ np.asarray(std.base) ** 2)
     stated = {
         "rise": std.rise, "run": std.run, "width": std.width, "pitch": std.pitch, "heading": std.heading,
-        "along": base[0], "across": base[1], "up": base[2],
+        "along": base[0], "across": base[1], "up": base[2], "overhang": std.overhang,
     }  # fmt: skip
     return {
         name: float(stated[name]) if np.isfinite(stated[name]) and stated[name] > 0 else float("nan")

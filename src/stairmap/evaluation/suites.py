@@ -28,10 +28,11 @@ SENSOR_SETTINGS: tuple[tuple[str, int | None], ...] = (
 """Sensors and the width at which they are read out, px (``None``: full). The ideal sensor is in no
 suite: nobody has one, and it would flatter the means."""
 
-SIMULATED_SUITES = ("table1", "stairs", "buildings", "look-alikes")
-"""Names of the simulated suites; ``real`` has no simulation."""
+SIMULATED_SUITES = ("table1", "stairs", "buildings", "look-alikes", "kind-drives")
+"""Names of the simulated suites; ``real`` has no simulation. A suite's place begins its deal: new ones go
+to the end."""
 
-NUM_DRIVES = {"table1": 6, "stairs": 3, "buildings": 2, "look-alikes": 3}
+NUM_DRIVES = {"table1": 6, "stairs": 3, "buildings": 2, "look-alikes": 3, "kind-drives": 2}
 """Drives per scene."""
 
 NUM_RANDOM_DRIVES = 12

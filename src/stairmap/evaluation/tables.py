@@ -23,7 +23,7 @@ UNITS: dict[str, tuple[float, str, int]] = {
 _TRIAL_HEADER = (
     "scene", "sensor", "robot", "seed", "method", "found", "missed", "false", "seen in", "false in",
     "rise mm", "run mm", "width mm", "pitch °", "heading °", "across mm", "along mm", "up mm",
-    "place mm", "open width mm",
+    "overhang mm", "place mm", "open width mm",
     "drift mm", "steps", "ms",
 )  # fmt: skip
 

@@ -39,6 +39,9 @@ TABLE_1 = {
 }
 """Ground truth of the report's Table 1: rise, run, width in m."""
 
+USUAL_HALL = (7.0, 5.0)
+"""Length before the flight and half the width of a hall, m."""
+
 _USUAL = FlightShape(rise=0.17, run=0.28, width=1.2, num_risers=12)
 
 FLIGHTS: dict[str, tuple[FlightShape, Setting]] = {
@@ -68,6 +71,7 @@ def make_flight_scene(
     distance: float = 4.5,
     lateral: float = 0.7,
     first_turn: float = 0.6,
+    hall: tuple[float, float] = USUAL_HALL,
 ) -> Scene:
     """Return a scene with one flight.
 
@@ -83,6 +87,8 @@ def make_flight_scene(
         Draws irregularities.
     distance, lateral, first_turn
         See ``make_approach_route``.
+    hall
+        Of the setting ``free``: length before the flight and half its width, m.
     """
     if setting == "walls":
         shape = replace(shape, left="wall", right="wall")
@@ -92,7 +98,7 @@ def make_flight_scene(
     route = make_approach_route(
         built.stairway.flights[0], distance=distance, lateral=lateral, first_turn=first_turn
     )
-    surroundings = _SURROUNDINGS[setting](built)
+    surroundings = _SURROUNDINGS[setting](built, hall)
     return Scene(
         name=name, mesh=joined([built.mesh, *surroundings]), stairways=(built.stairway,), route=route
     )
@@ -105,11 +111,14 @@ def make_table_1_scene(name: str, random: np.random.Generator) -> Scene:
     return make_flight_scene(name, shape, "walls", random)
 
 
-def make_feature_scene(name: str, random: np.random.Generator) -> Scene:
-    """Return a scene of ``FLIGHTS``."""
+def make_feature_scene(
+    name: str, random: np.random.Generator, *, hall: tuple[float, float] = USUAL_HALL
+) -> Scene:
+    """Return a scene of ``FLIGHTS``; see ``make_flight_scene``."""
     shape, setting = FLIGHTS[name]
     # Along the left wall there is room to the right only.
-    return make_flight_scene(name, shape, setting, random, lateral=-0.7 if setting == "one_wall" else 0.7)
+    lateral = -0.7 if setting == "one_wall" else 0.7
+    return make_flight_scene(name, shape, setting, random, lateral=lateral, hall=hall)
 
 
 def make_oblique_scene(name: str, random: np.random.Generator) -> Scene:
@@ -153,7 +162,7 @@ def make_cluttered_scene(name: str, random: np.random.Generator) -> Scene:
     return replace(scene, mesh=mesh)
 
 
-def _surround_walls(built: BuiltStairway) -> list[TriangleMesh]:
+def _surround_walls(built: BuiltStairway, _hall: tuple[float, float]) -> list[TriangleMesh]:
     flight = built.stairway.flights[0]
     half, height = flight.width / 2, 2.8
     end = flight.num_risers * flight.run + 2.5
@@ -169,16 +178,17 @@ def _surround_walls(built: BuiltStairway) -> list[TriangleMesh]:
     ]
 
 
-def _surround_free(built: BuiltStairway) -> list[TriangleMesh]:
+def _surround_free(built: BuiltStairway, hall: tuple[float, float]) -> list[TriangleMesh]:
+    length, half_width = hall
     flight = built.stairway.flights[0]
     end = flight.num_risers * flight.run + 3.0
     return [
-        make_room((-7, -5), (end, 5), height=built.top_z + 2.6),
+        make_room((-length, -half_width), (end, half_width), height=built.top_z + 2.6),
         make_upper_floor(flight, 2.0, left=1.0, right=1.0),
     ]
 
 
-def _surround_one_wall(built: BuiltStairway) -> list[TriangleMesh]:
+def _surround_one_wall(built: BuiltStairway, _hall: tuple[float, float]) -> list[TriangleMesh]:
     flight = built.stairway.flights[0]
     end = flight.num_risers * flight.run + 3.0
     return [
@@ -187,7 +197,7 @@ def _surround_one_wall(built: BuiltStairway) -> list[TriangleMesh]:
     ]
 
 
-_SURROUNDINGS: dict[Setting, Callable[[BuiltStairway], list[TriangleMesh]]] = {
+_SURROUNDINGS: dict[Setting, Callable[[BuiltStairway, tuple[float, float]], list[TriangleMesh]]] = {
     "walls": _surround_walls,
     "free": _surround_free,
     "one_wall": _surround_one_wall,

@@ -58,7 +58,7 @@ def make_ascending_scene(
     built = _build(shape, random)
     flight = built.stairway.flights[0]
     end = float(flight.steps[-1].nosing[0, 0]) + _LANDING
-    parts = [built.mesh, make_upper_floor(flight, _LANDING)]
+    parts = [built.mesh, make_upper_floor(flight, _LANDING, setback=shape.overhang)]
     if is_walled:
         side = max(shape.width / 2 + 2.0, 5.0)
         parts.append(make_room((-9.0, -side), (end, side), height=built.top_z + _ABOVE))
@@ -130,7 +130,7 @@ def shear_scene(scene: Scene, along: float, across: float) -> Scene:
         return moved
 
     def sheared(flight: Flight) -> Flight:
-        steps = tuple(Step(nosing=lifted(step.nosing), num_observations=0) for step in flight.steps)
+        steps = tuple(replace(step, nosing=lifted(step.nosing)) for step in flight.steps)
         heights = np.array([step.nosing[:, 2].mean() for step in steps])
         rise = float(np.diff(heights).mean()) if len(heights) > 1 else flight.rise
         # Below the first nosing by one rise: where a lattice through all nosings begins.
@@ -191,8 +191,8 @@ def make_escalator_scene(name: str, random: np.random.Generator) -> tuple[Scene,
     full = nosings[2:-2]
     flight = Flight(
         base=full[0].mean(axis=0) - [0.0, 0.0, rise], heading=0.0, rise=rise, run=run, width=width,
-        num_risers=num_full, std=true_std(),
-        steps=tuple(Step(nosing=nosing, num_observations=0) for nosing in full),
+        num_risers=num_full, overhang=0.0, std=true_std(),
+        steps=tuple(Step(nosing=nosing, num_observations=0, std=(0.0, 0.0)) for nosing in full),
     )  # fmt: skip
     stairway = Stairway(id=1, flights=(flight,), num_observations=0, first_seen_ns=0, last_seen_ns=0)
     route = make_approach_route(flight)

@@ -154,12 +154,18 @@ def make_railing(
     return joined(parts)
 
 
-def make_upper_floor(flight: Flight, length: float, *, left: float = 0.0, right: float = 0.0) -> TriangleMesh:
-    """Return a slab behind a flight's top nosing, ``left`` and ``right`` m wider than the flight."""
+def make_upper_floor(
+    flight: Flight, length: float, *, left: float = 0.0, right: float = 0.0, setback: float = 0.0
+) -> TriangleMesh:
+    """Return a slab behind a flight's top nosing, ``left`` and ``right`` m wider than the flight.
+
+    A ``setback``, m, of the overhang keeps the slab's front from filling what the top nosing overhangs.
+    """
     half = flight.width / 2
     top = (flight.steps[-1].nosing.mean(axis=0) - flight.base) @ flight.map_from_flight[:3, :3]
     # 1 mm behind the nosing, so that its front does not lie in the plane of the last riser.
-    slab = make_block([top[0] + 0.001, -half - right, top[2] - 0.25], [top[0] + length, half + left, top[2]])
+    front = top[0] + setback + 0.001
+    slab = make_block([front, -half - right, top[2] - 0.25], [top[0] + length, half + left, top[2]])
     return slab.transformed(flight.map_from_flight)
 
 

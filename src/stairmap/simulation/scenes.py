@@ -7,18 +7,23 @@ from pathlib import Path
 import numpy as np
 
 from stairmap.simulation.flight_scenes import FLIGHT_SCENES, TABLE_1, SceneMaker
+from stairmap.simulation.kind_drives import KIND_SCENES
 from stairmap.simulation.look_alikes import LOOK_ALIKES
 from stairmap.simulation.meshes import load_building_scenes
+from stairmap.simulation.more_look_alikes import MORE_LOOK_ALIKES
 from stairmap.simulation.scene import Scene
 from stairmap.simulation.stairway_scenes import STAIRWAY_SCENES
 
-SCENES: dict[str, SceneMaker] = {**FLIGHT_SCENES, **STAIRWAY_SCENES, **LOOK_ALIKES}
+SCENES: dict[str, SceneMaker] = {
+    **FLIGHT_SCENES, **STAIRWAY_SCENES, **LOOK_ALIKES, **KIND_SCENES, **MORE_LOOK_ALIKES,
+}  # fmt: skip
 """Scene makers by the name that ``stairmap simulate`` takes."""
 
 SCENE_GROUPS: dict[str, tuple[str, ...]] = {
     "table1": tuple(TABLE_1),
     "stairs": tuple(name for name in (*FLIGHT_SCENES, *STAIRWAY_SCENES) if name not in TABLE_1),
     "look-alikes": tuple(LOOK_ALIKES),
+    "kind-drives": (*KIND_SCENES, *MORE_LOOK_ALIKES),
 }
 """Names of the scenes of each suite."""
 

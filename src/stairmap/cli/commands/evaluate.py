@@ -13,7 +13,7 @@ from stairmap.cli.options import METHOD, OUTPUT, ConfigOption, DebugOption, Json
 
 _TRIALS = "Trials"
 
-_SIMULATED = ("table1", "stairs", "buildings", "look-alikes")
+_SIMULATED = ("table1", "stairs", "buildings", "look-alikes", "kind-drives")
 """``stairmap.evaluation.suites`` is too heavy to import for ``--help``."""
 
 
@@ -24,6 +24,7 @@ class Suite(str, Enum):
     stairs = "stairs"
     buildings = "buildings"
     look_alikes = "look-alikes"
+    kind_drives = "kind-drives"
     real = "real"
     rates = "rates"
     kinds = "kinds"
@@ -44,7 +45,8 @@ def evaluate(
         list[Suite],
         typer.Argument(
             metavar="SUITE...",
-            help="table1, stairs, buildings, look-alikes, real, all of these: all; rates; kinds.",
+            help="table1, stairs, buildings, look-alikes, kind-drives, real; all: all of these; "
+            "single frames: rates, kinds.",
             show_default=False,
         ),
     ],
