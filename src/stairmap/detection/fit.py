@@ -16,6 +16,7 @@ import numpy as np
 from stairmap.arrays import Float64Array, IntArray, Vector, readonly
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.profile import Outline, Prediction, StairProfile, Surface, outline_of, predict
+from stairmap.detection.rise_information import EDGE_SHIFT_STD
 from stairmap.geometry import cross, normalized
 
 REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "slope")
@@ -37,9 +38,6 @@ RAKE_STD = 0.02
 
 SLOPE_STD = 0.008
 """Treads drain with 1 to 2 %, most not at all, m per m."""
-
-SHIFT_STD = 2.0
-"""Sensors that match windows move edges outward by up to half a window, rows."""
 
 TURN_STD = np.radians(10.0)
 """The heading is known from normals or lines to a few degrees, rad."""
@@ -307,7 +305,7 @@ class _Prior:
             ("slope", 0.0, SLOPE_STD),
         ):
             self.mean[REGULAR.index(name)], self.std[REGULAR.index(name)] = mean, std
-        self.mean[SHIFT], self.std[SHIFT] = known_shift, SHIFT_STD
+        self.mean[SHIFT], self.std[SHIFT] = known_shift, EDGE_SHIFT_STD
         self.std[[TILT, ROLL]], self.std[TURN] = up_std, TURN_STD
         self.irregularity = np.full(2 * start.num_steps + 1, STEP_IRREGULARITY)
         self.irregularity[start.num_steps] = FLOOR_IRREGULARITY
@@ -468,7 +466,7 @@ def _rise_information(covariance: Float64Array, rise: float, shift: float) -> Fl
     """Information on rise and shift together without the shift's prior, and its product with the estimate."""
     chosen = [REGULAR.index("rise"), SHIFT]
     information = np.linalg.inv(covariance[np.ix_(chosen, chosen)])
-    information[1, 1] = max(information[1, 1] - 1.0 / SHIFT_STD**2, 1e-9)
+    information[1, 1] = max(information[1, 1] - 1.0 / EDGE_SHIFT_STD**2, 1e-9)
     return np.column_stack([information, information @ [rise, shift]])
 
 

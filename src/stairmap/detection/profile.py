@@ -392,7 +392,7 @@ def predict(
     variance = np.zeros(len(slopes))
     is_behind = outline.surface[piece] == Surface.BEHIND
     farthest = np.where(is_behind, value, 0.0)
-    for side in (1, -1):
+    for side in (1, -1) if len(border) else ():
         # The border above the piece, then the one below it; only rays near it feel the neighbour.
         index = piece if side > 0 else piece - 1
         has_border = (index >= 0) & (index < len(border))

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stairmap.arrays import Float64Array
-from stairmap.detection.lattice_fit import EDGE_SHIFT
-from stairmap.detection.rise_information import solve_rise_and_shift, with_rise_variance
+from stairmap.detection.rise_information import EDGE_SHIFT_STD, solve_rise_and_shift, with_rise_variance
 
 POSE_STD = 0.01
 """Standard deviation of a pose's position against its neighbours, m: keeps one frame from ruling."""
@@ -43,7 +42,7 @@ def fit_rise(information: Float64Array) -> tuple[float, float]:
     weights = np.ones(len(each))
     for _ in range(4):
         total = np.einsum("n,nij->ij", weights / FRAMES_PER_SAMPLE, each)
-        (rise, shift), covariance = solve_rise_and_shift(total, shift_std=EDGE_SHIFT)
+        (rise, shift), covariance = solve_rise_and_shift(total, shift_std=EDGE_SHIFT_STD)
         deviation = (each[:, 0, 2] - each[:, 0, 1] * shift) / own - rise
         weights = np.minimum(1.0, 2.0 / np.maximum(np.abs(deviation) * np.sqrt(own), 1e-9))
     spread = mean_std(deviation, 1.0 / own)
