@@ -16,7 +16,7 @@ from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.detection.judgement import Case, common_extent, find_rejections
 from stairmap.detection.lattice import Lattice
 from stairmap.detection.observation import Rejection, StairEdge, StairObservation
-from stairmap.detection.profile import USUAL_THICKNESS, StairProfile
+from stairmap.detection.profile import USUAL_THICKNESS, Optics, StairProfile
 from stairmap.geometry import cross
 
 TRIED_BELOW, TRIED_ABOVE = 6, 8
@@ -148,16 +148,16 @@ def _fit_seen_steps(
     """Fit the steps that found a lattice, look which others there are, and fit those."""
     profile, fitted = start, None
     grid = scene.elevation.grid
+    optics = Optics(row_size=grid.row_size, smoothing=scene.smoothing, shift=grid.edge_shift)
     for _ in range(MAX_ROUNDS):
         fitted = fit_profile(
-            measured, profile, noise=scene.noise, row_size=grid.row_size, known_shift=grid.edge_shift,
-            smoothing=scene.smoothing, up_std=scene.up_std, around=fitted,
+            measured, profile, noise=scene.noise, optics=optics, up_std=scene.up_std, around=fitted,
+            is_coarse=True,
         )  # fmt: skip
         if fitted is None:
             return None
         wider = fitted.profile.with_steps(TRIED_BELOW, TRIED_ABOVE)
-        rays = turned_rays(everything, fitted)
-        evidence = count_evidence(rays, fitted, wider)
+        evidence = count_evidence(turned_rays(everything, fitted), fitted, wider)
         found = (TRIED_BELOW, TRIED_BELOW + fitted.profile.num_steps - 1)
         span = choose_steps(evidence, found)
         if span is None or span[1] - span[0] < 1:
@@ -165,6 +165,11 @@ def _fit_seen_steps(
         profile = wider.with_steps(-span[0], span[1] + 1 - wider.num_steps)
         if span == found:
             break
+    fitted = fit_profile(
+        measured, profile, noise=scene.noise, optics=optics, up_std=scene.up_std, around=fitted
+    )
+    if fitted is None:
+        return None
     return fitted, count_evidence(turned_rays(everything, fitted), fitted, fitted.profile)
 
 

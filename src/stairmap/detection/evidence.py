@@ -16,7 +16,7 @@ import numpy as np
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.fit import FittedProfile, Rays
-from stairmap.detection.profile import MIN_FORWARD, Outline, Prediction, StairProfile, Surface
+from stairmap.detection.profile import MIN_FORWARD, Prediction, StairProfile, Surface
 
 SURFACE_TOLERANCE = 0.012
 """A ray this near a surface, along its normal, is on it, m: three times the irregularity of built steps."""
@@ -113,13 +113,11 @@ def all_rays(elevation: Elevation, strips: IntArray) -> Rays:
     )
 
 
-def tolerances(outline: Outline, prediction: Prediction, profile: StairProfile, noise: float) -> Float64Array:
+def tolerances(predicted: Prediction, profile: StairProfile, noise: float) -> Float64Array:
     """(N,) how far inverse distance may be off for a ray to be on its surface, 1/m."""
-    line, surface = outline.line[prediction.piece], outline.surface[prediction.piece]
-    is_level = (surface == Surface.TREAD) | (surface == Surface.UNDERSIDE)
-    q = prediction.inverse_distance
-    sensitivity = np.where(is_level, np.abs(q * line[:, 1]), q**2)
+    is_level = (predicted.surface == Surface.TREAD) | (predicted.surface == Surface.UNDERSIDE)
     limit = np.where(is_level, profile.rise, abs(profile.run)) * MAX_TOLERANCE_SHARE
+    sensitivity = predicted.sensitivity
     return np.asarray(np.minimum(SURFACE_TOLERANCE * sensitivity + NUM_SIGMA * noise, limit * sensitivity))
 
 
@@ -139,20 +137,22 @@ def count_evidence(rays: Rays, fitted: FittedProfile, profile: StairProfile) -> 
         The fitted profile, mostly with more steps than were found: they are tried here.
     """
     n = profile.num_steps
-    outline, predicted = fitted.predict(rays.slope, profile)
-    tolerance = tolerances(outline, predicted, profile, fitted.noise)
-    surface, step = outline.surface[predicted.piece], outline.step[predicted.piece]
+    predicted = fitted.predict(rays.slope, profile)
+    entry = predicted.entries(rays.slope)
+    expected = predicted.expected(rays.slope, entry)
     # Where an edge's place within the row decides what a ray sees, it tells nothing of the surface.
-    is_plain = predicted.edge_spread < tolerance
+    limit = tolerances(predicted, profile, fitted.noise)
+    is_plain = (predicted.edge_spread < limit)[entry]
+    tolerance, surface, step = limit[entry], predicted.surface[entry], predicted.step[entry]
     measured = rays.inverse_distance > 0
-    off = rays.inverse_distance - predicted.inverse_distance
+    off = rays.inverse_distance - expected
     is_on = measured & (np.abs(off) < tolerance)
     is_nearer, is_farther = measured & (off >= tolerance), measured & (off <= -tolerance)
     is_face = (surface == Surface.RISER) | (surface == Surface.FRONT)
     is_tread = surface == Surface.TREAD
     is_own = is_face if profile.run > 0 else is_tread
     # Across the stairs, at the distance that is predicted.
-    across = rays.bearing / np.maximum(predicted.inverse_distance, 1e-6)
+    across = rays.bearing / np.maximum(expected, 1e-6)
     on_steps = np.sort(across[is_on & is_own & (step >= 0)])
     if len(on_steps):
         few = int(SIDE_SHARE * len(on_steps))
@@ -166,7 +166,8 @@ def count_evidence(rays: Rays, fitted: FittedProfile, profile: StairProfile) -> 
         return np.bincount(step[kept], minlength=n)
 
     own, beside = is_own & is_plain & inside, is_beside & is_plain & inside
-    continued, ended = _continuations(rays, predicted, profile, fitted.noise, inside)
+    expected = np.maximum(expected, predicted.farthest[entry])
+    continued, ended = _continuations(rays, expected, profile, fitted.noise, inside)
     return Evidence(
         on=count(own & is_on),
         nearer=count(own & is_nearer),
@@ -180,7 +181,7 @@ def count_evidence(rays: Rays, fitted: FittedProfile, profile: StairProfile) -> 
 
 
 def _continuations(
-    rays: Rays, predicted: Prediction, profile: StairProfile, noise: float, usable: Mask
+    rays: Rays, expected: Float64Array, profile: StairProfile, noise: float, usable: Mask
 ) -> tuple[IntArray, IntArray]:
     """Rays above each nosing that see the surface beneath it go on, and that see it ended."""
     n = profile.num_steps
@@ -200,13 +201,13 @@ def _continuations(
     for k in np.flatnonzero(valid):
         inside = np.flatnonzero((rays.slope > nosing[k]) & (rays.slope < top[k]) & usable)
         going_on = line[k, 0] + line[k, 1] * rays.slope[inside]
-        expected = np.maximum(predicted.inverse_distance[inside], predicted.farthest[inside])
+        stairs = expected[inside]
         q = rays.inverse_distance[inside]
         # Only where the two can be told apart; what is nearer than both hides them.
-        differ = going_on - expected > 2.0 * NUM_SIGMA * noise
+        differ = going_on - stairs > 2.0 * NUM_SIGMA * noise
         tolerance = np.minimum(SURFACE_TOLERANCE * going_on**2 + NUM_SIGMA * noise, 0.5 * reach[k])
         differ &= q < going_on + tolerance
-        continues = q > 0.5 * (going_on + expected)
+        continues = q > 0.5 * (going_on + stairs)
         continued[k] = np.count_nonzero(differ & continues)
         ended[k] = np.count_nonzero(differ & ~continues)
     return continued, ended

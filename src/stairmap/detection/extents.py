@@ -97,12 +97,13 @@ def measure_extents(
     turned = (slope + fitted.tilt + fitted.roll * bearing) / ahead
     cells /= ahead
     across = (bearing - fitted.roll * slope - fitted.turn) / ahead
-    outline, predicted = fitted.predict(turned.ravel())
-    expected = predicted.inverse_distance.reshape(cells.shape)
-    tolerance = tolerances(outline, predicted, fitted.profile, 2.0 * fitted.noise).reshape(cells.shape)
-    step = outline.step[predicted.piece].reshape(cells.shape)
-    own = _is_own(outline.surface[predicted.piece], fitted).reshape(cells.shape)
-    on = (cells > 0) & (np.abs(cells - expected) < tolerance) & own
+    predicted = fitted.predict(turned)
+    entry = predicted.entries(turned)
+    expected = predicted.expected(turned, entry)
+    tolerance = tolerances(predicted, fitted.profile, 2.0 * fitted.noise)
+    own = _is_own(predicted.surface, fitted)
+    step = predicted.step[entry]
+    on = (cells > 0) & (np.abs(cells - expected) < tolerance[entry]) & own[entry]
     middle = cells.shape[1] // 2
     row_step = step[:, middle]
     # A step's distance is that of the row, so that columns are metres.
@@ -113,11 +114,10 @@ def measure_extents(
 
 def _rows_of_steps(slope: Float64Array, fitted: FittedProfile, n: int) -> IntArray:
     """Rows that show a surface which tells a step."""
-    outline, predicted = fitted.predict(slope)
-    step = outline.step[predicted.piece]
+    predicted = fitted.predict(slope)
     is_plain = predicted.edge_spread < 2.0 * fitted.noise + 0.02 * predicted.inverse_distance
-    own = _is_own(outline.surface[predicted.piece], fitted)
-    return np.flatnonzero(own & (step >= 0) & (step < n) & is_plain)
+    useful = is_plain & _is_own(predicted.surface, fitted) & (predicted.step >= 0) & (predicted.step < n)
+    return np.flatnonzero(useful[predicted.entries(slope)])
 
 
 def _is_own(surface: IntArray, fitted: FittedProfile) -> Mask:

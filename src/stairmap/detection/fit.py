@@ -15,7 +15,7 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Vector, readonly
 from stairmap.detection.elevation import Elevation
-from stairmap.detection.profile import Outline, Prediction, StairProfile, Surface, outline_of, predict
+from stairmap.detection.profile import Optics, Prediction, StairProfile, outline_of, tabulate
 from stairmap.detection.rise_information import EDGE_SHIFT_STD
 from stairmap.geometry import cross, normalized
 
@@ -60,9 +60,6 @@ COARSE_STDS = (0.030, 0.015, 0.007, 0.003)
 
 NUM_FINE_ROUNDS = 3
 """Rounds in which each step has its own place."""
-
-ROWS_PER_ENTRY = 0.5
-"""Predictions are tabulated at every half row; between them they are straight."""
 
 RAYS_PER_SAMPLE = 6.0
 """Neighbouring rays err together: so many count as one independent sample."""
@@ -140,12 +137,10 @@ class FittedProfile:
         The section of the stairs in the corrected axes.
     tilt, roll, turn
         How far these are turned against the elevation's, rad, as in ``Rays.turned``.
-    edge_shift, smoothing
-        How the sensor and the reduced image show edges, rows.
+    optics
+        How the sensor and the reduced image show edges.
     noise
         Standard deviation of a ray's inverse distance about the profile, 1/m.
-    row_size
-        Height of a row as a slope.
     covariance
         (6, 6) of (rise, run, distance, height, tilt, turn), m and rad.
     step_std
@@ -160,10 +155,8 @@ class FittedProfile:
     tilt: float
     roll: float
     turn: float
-    edge_shift: float
-    smoothing: float
+    optics: Optics
     noise: float
-    row_size: float
     covariance: Float64Array
     step_std: Float64Array
     overhang_std: float
@@ -180,13 +173,12 @@ class FittedProfile:
         forward = grid.forward - self.tilt * grid.up + self.turn * grid.left
         return up, normalized(forward - (forward @ up) * up)
 
-    def predict(self, slopes: Float64Array, profile: StairProfile | None = None) -> tuple[Outline, Prediction]:
-        """Return the outline and the prediction for rays of (N,) slopes, of another profile if one is given."""
+    def predict(self, slopes: Float64Array, profile: StairProfile | None = None) -> Prediction:
+        """Tabulate what rays over the range of some slopes must see, of another profile if one is given."""
         profile = self.profile if profile is None else profile
-        outline = outline_of(profile, min_extent=self.smoothing * self.row_size)
-        return outline, predict(
-            outline, slopes, row_size=self.row_size, smoothing=self.smoothing, shift=self.edge_shift
-        )
+        outline = outline_of(profile, min_extent=self.optics.smoothing * self.optics.row_size)
+        low, high = float(slopes.min()), float(slopes.max())
+        return tabulate(outline, self.optics, low, high, has_gradient=False)
 
 
 def fit_profile(
@@ -194,11 +186,10 @@ def fit_profile(
     start: StairProfile,
     *,
     noise: float,
-    row_size: float,
-    known_shift: float,
-    smoothing: float,
+    optics: Optics,
     up_std: float,
     around: FittedProfile | None = None,
+    is_coarse: bool = False,
 ) -> FittedProfile | None:
     """Fit a profile to rays.
 
@@ -210,51 +201,45 @@ def fit_profile(
         Where to begin: a few centimetres off at most.
     noise
         Standard deviation of a ray's inverse distance as the normals tell it, 1/m.
-    row_size
-        Height of a row as a slope.
-    known_shift
-        How many rows reducing the image moved the edges of near surfaces outward.
-    smoothing
-        Standard deviation over which the sensor and a pixel's footprint blend surfaces, rows.
+    optics
+        How the camera shows edges; the shift is what reducing the image made, the sensor's comes on top.
     up_std
         Standard deviation of the direction of up, rad.
     around
         A fit with other steps of the same stairs, to go on from.
+    is_coarse
+        Whether regular steps will do, for seeing which steps there are.
 
     Returns
     -------
     The fitted profile, or ``None`` when too few rays lie near it or the equations break down.
     """
     noise = max(noise, MIN_NOISE)
-    state = _State(profile=start, shift=known_shift, angles=np.zeros(3), smoothing=smoothing, noise=noise)
-    coarse_stds = COARSE_STDS
+    state = _State(profile=start, optics=optics, angles=np.zeros(3), noise=noise)
+    rounds = COARSE_STDS
     if around is not None:
         angles = np.array([around.tilt, around.roll, around.turn])
-        state = replace(
-            state, shift=around.edge_shift, angles=angles, noise=around.noise
-        )
-        coarse_stds = COARSE_STDS[-2:]
-    prior = _Prior(start, known_shift, up_std)
-    equations = None
-    for coarse in (*coarse_stds, *(0.0,) * NUM_FINE_ROUNDS):
-        table = _Table(rays.turned(*state.angles), state, row_size)
-        if coarse == 0.0:
-            state = replace(state, noise=table.noise_seen(noise))
-        equations = table.equations(state, coarse)
+        state = _State(profile=start, optics=around.optics, angles=angles, noise=around.noise)
+        rounds = COARSE_STDS[-1:]
+    rounds = rounds if is_coarse else (*rounds, *(0.0,) * NUM_FINE_ROUNDS)
+    prior = _Prior(start, optics.shift, up_std)
+    chain = _chain(start.num_steps)
+    for coarse in rounds:
+        is_fine = coarse == 0.0
+        table = _Table(rays.turned(*state.angles), state, chain if is_fine else chain[:, :OFFSETS])
+        state = replace(state, noise=table.noise_seen(noise)) if is_fine else state
+        equations = table.equations(state.noise, coarse)
         if equations is None:
             return None
-        is_fine = coarse == 0.0
-        matrix, gradient = equations
-        matrix, gradient = prior.added(matrix, gradient, state)
-        free = len(matrix) if is_fine else OFFSETS
+        matrix, gradient = prior.added(*equations, state)
         try:
-            change = -np.linalg.solve(matrix[:free, :free], gradient[:free])
+            change = -np.linalg.solve(matrix, gradient)
         except np.linalg.LinAlgError:
             return None
         state = state.moved(change)
         if not state.is_sane(start):
             return None
-    return _result(state, matrix, equations[0], row_size, known_shift)
+    return _result(state, matrix, optics.shift)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -262,9 +247,8 @@ class _State:
     """All that a round changes."""
 
     profile: StairProfile
-    shift: float
+    optics: Optics
     angles: Float64Array
-    smoothing: float
     noise: float
 
     def moved(self, change: Float64Array) -> _State:
@@ -276,7 +260,7 @@ class _State:
         return replace(
             self,
             profile=replace(profile, offsets=offsets, **values),
-            shift=self.shift + float(change[SHIFT]),
+            optics=replace(self.optics, shift=self.optics.shift + float(change[SHIFT])),
             angles=self.angles + change[TILT:OFFSETS],
         )
 
@@ -284,7 +268,7 @@ class _State:
         """Whether the fit has not run away from where it began."""
         profile = self.profile
         return bool(
-            np.isfinite(profile.distance + profile.height + self.shift)
+            np.isfinite(profile.distance + profile.height + self.optics.shift)
             and 0.5 < profile.run / start.run < 2.0
             and 0.5 < profile.rise / start.rise < 2.0
             and abs(profile.distance - start.distance) < 0.5 * abs(start.run)
@@ -315,48 +299,33 @@ class _Prior:
     ) -> tuple[Float64Array, Float64Array]:
         """The equations with the prior's part."""
         profile = state.profile
-        values = np.array([*(getattr(profile, name) for name in REGULAR), state.shift, *state.angles])
+        values = np.array([*(getattr(profile, name) for name in REGULAR), state.optics.shift, *state.angles])
         pull = profile.offsets / self.irregularity
         weight = np.minimum(1.0, TAIL / np.maximum(np.abs(pull), 1e-9)) / self.irregularity**2
-        information = np.concatenate([1.0 / self.std**2, weight])
-        deviation = np.concatenate([values - self.mean, profile.offsets])
+        information = np.concatenate([1.0 / self.std**2, weight])[: len(matrix)]
+        deviation = np.concatenate([values - self.mean, profile.offsets])[: len(matrix)]
         return matrix + np.diag(information), gradient + information * deviation
 
 
 class _Table:
     """A profile's predictions at every half row, and how rays compare with them."""
 
-    def __init__(self, rays: Rays, state: _State, row_size: float) -> None:
-        self.rays = rays
+    def __init__(self, rays: Rays, state: _State, chain: Float64Array) -> None:
         low, high = _slope_range(state.profile)
-        self.chosen = np.flatnonzero((rays.slope > low) & (rays.slope < high))
-        slope = rays.slope[self.chosen]
-        step = ROWS_PER_ENTRY * row_size
-        first = float(slope.min()) if len(slope) else low
-        count = int((float(slope.max()) - first) / step) + 2 if len(slope) else 1
-        self.entry = np.rint((slope - first) / step).astype(np.int64)
-        self.slopes = first + step * np.arange(count)
-        self.outline = outline_of(state.profile, min_extent=state.smoothing * row_size)
-        self.prediction = predict(
-            self.outline, self.slopes, row_size=row_size, smoothing=state.smoothing, shift=state.shift
-        )
-        predicted = self.prediction
-        expected = predicted.inverse_distance[self.entry]
-        expected = expected + predicted.by_slope[self.entry] * (slope - self.slopes[self.entry])
-        measured = np.maximum(rays.inverse_distance[self.chosen], predicted.farthest[self.entry])
+        chosen = np.flatnonzero((rays.slope > low) & (rays.slope < high))
+        slope, self.bearing = rays.slope[chosen], rays.bearing[chosen]
+        outline = outline_of(state.profile, min_extent=state.optics.smoothing * state.optics.row_size)
+        self.prediction = tabulate(outline.by(chain), state.optics, low, high, has_gradient=True)
+        self.entry = self.prediction.entries(slope)
+        expected = self.prediction.expected(slope, self.entry)
+        measured = np.maximum(rays.inverse_distance[chosen], self.prediction.farthest[self.entry])
         self.residual = measured - expected
-        # How far Q moves with a surface that moves along its own normal.
-        line = self.outline.line[predicted.piece]
-        surface = self.outline.surface[predicted.piece]
-        is_level = (surface == Surface.TREAD) | (surface == Surface.UNDERSIDE)
-        q = predicted.inverse_distance
-        self.sensitivity = np.where(is_level, np.abs(q * line[:, 1]), q**2)
 
     def noise_seen(self, told: float) -> float:
         """Standard deviation of the rays about the profile away from its edges, 1/m."""
         predicted = self.prediction
         is_plain = predicted.edge_spread[self.entry] < told
-        is_plain &= np.abs(self.residual) < np.maximum(6.0 * told, 0.02 * self.sensitivity[self.entry])
+        is_plain &= np.abs(self.residual) < np.maximum(6.0 * told, 0.02 * predicted.sensitivity[self.entry])
         if np.count_nonzero(is_plain) < MIN_RAYS:
             return told
         seen = 1.4826 * float(np.median(np.abs(self.residual[is_plain])))
@@ -366,20 +335,21 @@ class _Table:
         """(G,) variance of rays at each entry."""
         return np.asarray(
             noise**2
-            + (SURFACE_STD**2 + coarse**2) * self.sensitivity**2
+            + (SURFACE_STD**2 + coarse**2) * self.prediction.sensitivity**2
             + self.prediction.edge_spread**2
         )
 
-    def equations(self, state: _State, coarse: float) -> tuple[Float64Array, Float64Array] | None:
+    def equations(self, noise: float, coarse: float) -> tuple[Float64Array, Float64Array] | None:
         """Normal matrix and gradient over all values, without the prior; ``None`` with too few rays."""
-        variance = self.variance(state.noise, coarse)[self.entry]
+        variance = self.variance(noise, coarse)[self.entry]
         ratio = self.residual**2 / variance
         # Rays beyond the tail pull ever less: what hides the stairs, or stands beside them, is no error.
         weight = 1.0 / (1.0 + ratio / TAIL**2) ** 2
         if weight.sum() < MIN_RAYS:
             return None
         weight /= variance * RAYS_PER_SAMPLE
-        count, bearing = len(self.slopes), self.rays.bearing[self.chosen]
+        predicted, bearing = self.prediction, self.bearing
+        count = len(predicted.slope)
 
         def summed(values: Float64Array) -> Float64Array:
             return np.bincount(self.entry, values, count)
@@ -390,9 +360,9 @@ class _Table:
         plain, across, squared, pull, pull_across = (
             values[used] for values in (plain, across, squared, pull, pull_across)
         )
-        shape = -self.prediction.gradient[used] @ _chain(state.profile.num_steps)
-        tau, q = self.slopes[used], self.prediction.inverse_distance[used]
-        by_slope = self.prediction.by_slope[used]
+        shape = -predicted.gradient[used, :-1]
+        shape[:, SHIFT] = -predicted.gradient[used, -1]
+        tau, q, by_slope = predicted.slope[used], predicted.inverse_distance[used], predicted.by_slope[used]
         tilt, roll, turn = q * tau - by_slope * (1 + tau**2), -by_slope, by_slope * tau - q
         # All columns with the power of the bearing that multiplies them.
         shape[:, TILT] = tilt
@@ -410,9 +380,9 @@ class _Table:
 
 
 def _chain(num_steps: int) -> Float64Array:
-    """(M + 1, P) derivatives of nosings and treads, and of what follows them, by the values of the equations."""
+    """(M, P) derivatives of an outline's values by those of the equations."""
     n = num_steps
-    chain = np.zeros((2 * n + 6, OFFSETS + 2 * n + 1))
+    chain = np.zeros((2 * n + 5, OFFSETS + 2 * n + 1))
     nosing, level = np.arange(n), n + np.arange(n + 1)
     chain[nosing, REGULAR.index("distance")] = 1.0
     chain[nosing, REGULAR.index("run")] = np.arange(n)
@@ -420,7 +390,6 @@ def _chain(num_steps: int) -> Float64Array:
     chain[level, REGULAR.index("rise")] = np.arange(-1, n)
     for place, name in enumerate(("overhang", "thickness", "rake", "slope")):
         chain[2 * n + 1 + place, REGULAR.index(name)] = 1.0
-    chain[-1, SHIFT] = 1.0
     chain[np.arange(2 * n + 1), OFFSETS + np.arange(2 * n + 1)] = 1.0
     return chain
 
@@ -438,27 +407,25 @@ def _slope_range(profile: StairProfile) -> tuple[float, float]:
     return float(low), float(z[0] / (near[0] + LEVEL_BEHIND * run))
 
 
-def _result(
-    state: _State, matrix: Float64Array, by_rays: Float64Array, row_size: float, known_shift: float
-) -> FittedProfile:
+def _result(state: _State, matrix: Float64Array, known_shift: float) -> FittedProfile:
     profile = state.profile
     full = np.linalg.inv(matrix)
     order = [REGULAR.index(name) for name in ("rise", "run", "distance", "height")] + [TILT, TURN]
     n = profile.num_steps
-    own = np.sqrt(np.maximum(np.diag(full)[OFFSETS:], 0.0))
+    own = np.full(2 * n + 1, np.nan)
+    own[: len(full) - OFFSETS] = np.sqrt(np.maximum(np.diag(full)[OFFSETS:], 0.0))
+    overhang = REGULAR.index("overhang")
     return FittedProfile(
         profile=profile,
         tilt=float(state.angles[0]),
         roll=float(state.angles[1]),
         turn=float(state.angles[2]),
-        edge_shift=state.shift,
-        smoothing=state.smoothing,
+        optics=state.optics,
         noise=state.noise,
-        row_size=row_size,
         covariance=full[np.ix_(order, order)],
         step_std=np.stack([own[:n], own[n + 1 :]], axis=1),
-        overhang_std=float(np.sqrt(full[REGULAR.index("overhang"), REGULAR.index("overhang")])),
-        rise_information=_rise_information(full, profile.rise, state.shift - known_shift),
+        overhang_std=float(np.sqrt(full[overhang, overhang])),
+        rise_information=_rise_information(full, profile.rise, state.optics.shift - known_shift),
     )
 
 

@@ -32,6 +32,9 @@ MIN_SHIFTED_JUMP = 0.02
 EDGE_PLACE_STD = 0.5
 """A row shows what lies somewhere within it: standard deviation of an edge's place, rows."""
 
+MAX_OFFSET, NEAR_OFFSET = 6.0, 3.0
+"""A border is felt over so many widths of the kernel; its other side counts as seen over so many."""
+
 LOGISTIC_WIDTH = 0.55
 """Scale of the logistic function that is nearest to a Gaussian's integral, in its standard deviations."""
 
@@ -153,10 +156,16 @@ class Outline:
     line_gradient: Float64Array
     top_gradient: Float64Array
 
+    def by(self, chain: Float64Array) -> Outline:
+        """Return the outline with its derivatives by other values, given (M, K) those of its own by them."""
+        return replace(
+            self, line_gradient=self.line_gradient @ chain, top_gradient=self.top_gradient @ chain
+        )
+
     @property
-    def bottom(self) -> Float64Array:
-        """(P,) slope at which each piece begins."""
-        return np.concatenate([[-np.inf], self.top[:-1]])
+    def is_level(self) -> Mask:
+        """(P,) whether each piece is level, so that its height is what it tells."""
+        return np.asarray((self.surface == Surface.TREAD) | (self.surface == Surface.UNDERSIDE))
 
 
 def outline_of(profile: StairProfile, *, min_extent: float = 1e-9) -> Outline:
@@ -325,35 +334,84 @@ def _crossing(lower: Float64Array, upper: Float64Array) -> Float64Array:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Optics:
+    """How a camera shows edges.
+
+    Attributes
+    ----------
+    row_size
+        Height of a row of the image as a slope.
+    smoothing
+        Standard deviation over which the sensor and a pixel's footprint blend surfaces, rows.
+    shift
+        How many rows the sensor moves the edges of near surfaces outward.
+    """
+
+    row_size: float
+    smoothing: float
+    shift: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
     """What rays of some slopes must see; all arrays begin with (N,).
 
     Attributes
     ----------
-    piece
-        Index of the piece of the outline.
+    slope
+        tau of each ray.
+    surface, step
+        Which surface of which step it meets.
     inverse_distance
         Q, 1/m.
     by_slope
         Its derivative by the slope, 1/m.
-    gradient
-        (N, M + 1) its derivatives by the profile's shape and by the shift of edges, 1/m per m and per row.
+    sensitivity
+        How much Q changes with a surface that moves along its own normal, 1/m per m.
     edge_spread
         What the place of an edge within its row adds to the standard deviation of Q, 1/m.
     farthest
         Q from which on anything farther agrees as well, 1/m: 0 where the surface itself must be seen.
+    gradient
+        (N, K + 1) derivatives of Q by the K values of the outline's derivatives, and by the shift of edges;
+        (N, 0) where it was not asked for.
     """
 
-    piece: IntArray
+    slope: Float64Array
+    surface: IntArray
+    step: IntArray
     inverse_distance: Float64Array
     by_slope: Float64Array
-    gradient: Float64Array
+    sensitivity: Float64Array
     edge_spread: Float64Array
     farthest: Float64Array
+    gradient: Float64Array
+
+    def entries(self, slopes: Float64Array) -> IntArray:
+        """Return which ray of an evenly spaced prediction is nearest to each of some slopes."""
+        if len(self.slope) < 2:
+            return np.zeros(slopes.shape, dtype=np.int64)
+        spacing = self.slope[1] - self.slope[0]
+        return np.clip(np.rint((slopes - self.slope[0]) / spacing), 0, len(self.slope) - 1).astype(np.int64)
+
+    def expected(self, slopes: Float64Array, entries: IntArray) -> Float64Array:
+        """Return Q of rays near some entries: between edges it is straight."""
+        return self.inverse_distance[entries] + self.by_slope[entries] * (slopes - self.slope[entries])
+
+
+ROWS_PER_ENTRY = 0.5
+"""Predictions are tabulated at every half row."""
+
+
+def tabulate(outline: Outline, optics: Optics, low: float, high: float, *, has_gradient: bool) -> Prediction:
+    """Predict what rays see at every half row between two slopes."""
+    spacing = ROWS_PER_ENTRY * optics.row_size
+    slopes = low + spacing * np.arange(int((high - low) / spacing) + 2)
+    return predict(outline, slopes, optics, has_gradient=has_gradient)
 
 
 def predict(
-    outline: Outline, slopes: Float64Array, *, row_size: float, smoothing: float, shift: float
+    outline: Outline, slopes: Float64Array, optics: Optics, *, has_gradient: bool = True
 ) -> Prediction:
     """Predict the inverse forward distance that rays measure.
 
@@ -363,12 +421,10 @@ def predict(
         What is seen of a profile.
     slopes
         (N,) slopes tau of the rays.
-    row_size
-        Height of a row of the image as a slope.
-    smoothing
-        Standard deviation over which the sensor and a pixel's footprint blend surfaces, rows.
-    shift
-        How many rows the sensor moves the edges of near surfaces outward.
+    optics
+        How the camera shows edges.
+    has_gradient
+        Whether derivatives are wanted.
 
     Notes
     -----
@@ -376,57 +432,59 @@ def predict(
     integral and the change of slope times its second integral. The kernel is logistic, whose integrals
     have closed forms.
     """
-    width = max(smoothing * LOGISTIC_WIDTH, 1e-3) * row_size
+    width = max(optics.smoothing * LOGISTIC_WIDTH, 1e-3) * optics.row_size
     line, top = outline.line, outline.top[:-1]
     jump = (line[1:, 0] - line[:-1, 0]) + (line[1:, 1] - line[:-1, 1]) * top
     at_edge = np.maximum(line[1:, 0] + line[1:, 1] * top, line[:-1, 0] + line[:-1, 1] * top)
-    outward = np.where(np.abs(jump) > MIN_SHIFTED_JUMP * at_edge, -np.sign(jump), 0.0) * row_size
-    border = top + shift * outward
+    outward = np.where(np.abs(jump) > MIN_SHIFTED_JUMP * at_edge, -np.sign(jump), 0.0) * optics.row_size
+    border = top + optics.shift * outward
     piece = np.searchsorted(np.maximum.accumulate(border), slopes, side="right")
-    num_values = outline.top_gradient.shape[1]
     value = line[piece, 0] + line[piece, 1] * slopes
     by_slope = line[piece, 1].copy()
-    gradient = np.empty((len(slopes), num_values + 1))
-    gradient[:, :-1] = outline.line_gradient[piece, 0] + slopes[:, None] * outline.line_gradient[piece, 1]
-    gradient[:, -1] = 0.0
+    gradient = np.zeros((len(slopes), 0))
+    if has_gradient:
+        gradient = np.zeros((len(slopes), outline.top_gradient.shape[1] + 1))
+        gradient[:, :-1] = outline.line_gradient[piece, 0] + slopes[:, None] * outline.line_gradient[piece, 1]
+    sensitivity = np.where(outline.is_level[piece], np.abs(value * line[piece, 1]), value**2)
     variance = np.zeros(len(slopes))
-    is_behind = outline.surface[piece] == Surface.BEHIND
-    farthest = np.where(is_behind, value, 0.0)
+    is_behind = outline.surface == Surface.BEHIND
+    farthest = np.where(is_behind[piece], value, 0.0)
+    blend = max(optics.smoothing / EDGE_PLACE_STD - 1.0, 0.0)
     for side in (1, -1) if len(border) else ():
         # The border above the piece, then the one below it; only rays near it feel the neighbour.
         index = piece if side > 0 else piece - 1
         has_border = (index >= 0) & (index < len(border))
-        offset = np.where(has_border, (slopes - border[index.clip(0, len(border) - 1)]) / width, -side * np.inf)
-        rows = np.flatnonzero(np.abs(offset) < 6.0)
-        if len(rows) == 0:
-            continue
+        offset = (slopes - border[index.clip(0, len(border) - 1)]) / width
+        rows = np.flatnonzero(has_border & (np.abs(offset) < MAX_OFFSET))
         at, x = index[rows], side * offset[rows]
         share = 1.0 / (1.0 + np.exp(-x))
         ramp = np.log1p(np.exp(x))
         kink = line[at + 1, 1] - line[at, 1]
+        steepness = jump[at] * share * (1 - share) / width
         value[rows] += side * jump[at] * share + kink * width * ramp
-        by_slope[rows] += jump[at] * share * (1 - share) / width + side * kink * share
-        change = side * (outline.line_gradient[at + 1] - outline.line_gradient[at])
-        steepness = (jump[at] * share * (1 - share) / width)[:, None]
-        gradient[rows, :-1] += share[:, None] * change[:, 0]
-        gradient[rows, :-1] += (share * top[at] + side * width * ramp)[:, None] * change[:, 1]
-        gradient[rows, :-1] -= steepness * outline.top_gradient[at]
-        gradient[rows, -1] -= steepness[:, 0] * outward[at]
-        variance[rows] += (steepness[:, 0] * EDGE_PLACE_STD * row_size) ** 2
+        by_slope[rows] += steepness + side * kink * share
+        variance[rows] += (steepness * EDGE_PLACE_STD * optics.row_size) ** 2
         # How far a wide ramp falls is unknown where nothing is known of what lies behind.
-        either_behind = (outline.surface[at] == Surface.BEHIND) | (outline.surface[at + 1] == Surface.BEHIND)
-        blend = max(smoothing / EDGE_PLACE_STD - 1.0, 0.0)
+        either_behind = is_behind[at] | is_behind[at + 1]
         variance[rows] += either_behind * blend * share * (1 - share) * jump[at] ** 2
-        other = np.where(side > 0, at + 1, at)
-        beside = outline.surface[other] == Surface.BEHIND
+        other = at + 1 if side > 0 else at
         limit = line[other, 0] + line[other, 1] * slopes[rows]
-        near = beside & (np.abs(x) < 3.0)
+        near = is_behind[other] & (np.abs(x) < NEAR_OFFSET)
         farthest[rows] = np.where(near, np.maximum(farthest[rows], limit), farthest[rows])
+        if has_gradient:
+            change = side * (outline.line_gradient[at + 1] - outline.line_gradient[at])
+            gradient[rows, :-1] += share[:, None] * change[:, 0]
+            gradient[rows, :-1] += (share * top[at] + side * width * ramp)[:, None] * change[:, 1]
+            gradient[rows, :-1] -= steepness[:, None] * outline.top_gradient[at]
+            gradient[rows, -1] -= steepness * outward[at]
     return Prediction(
-        piece=piece,
+        slope=slopes,
+        surface=outline.surface[piece],
+        step=outline.step[piece],
         inverse_distance=value,
         by_slope=by_slope,
-        gradient=gradient,
+        sensitivity=sensitivity,
         edge_spread=np.sqrt(variance),
         farthest=farthest,
+        gradient=gradient,
     )

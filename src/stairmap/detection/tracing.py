@@ -75,12 +75,15 @@ def _paint(treads: Mask, risers: Mask, image: InverseDepthImage, candidate: Cand
         (ahead > 0) & image.valid & (bearing < bearings.max() + 0.1) & (bearing > bearings.min() - 0.1)
     )
     slope = (rays[row, column] @ up) / ahead[row, column]
-    outline, predicted = fitted.predict(slope)
+    if len(slope) == 0:
+        return
+    predicted = fitted.predict(slope)
+    entry = predicted.entries(slope)
     measured = image.inverse_depth[row, column] / ahead[row, column]
     # A strip's ray averages sixteen pixels.
-    tolerance = tolerances(outline, predicted, fitted.profile, 4.0 * fitted.noise)
-    on = np.abs(measured - predicted.inverse_distance) < tolerance
-    surface = outline.surface[predicted.piece]
+    tolerance = tolerances(predicted, fitted.profile, 4.0 * fitted.noise)[entry]
+    on = np.abs(measured - predicted.expected(slope, entry)) < tolerance
+    surface = predicted.surface[entry]
     is_tread = surface == Surface.TREAD
     is_riser = (surface == Surface.RISER) | (surface == Surface.FRONT)
     for mask, chosen in ((treads, on & is_tread), (risers, on & is_riser)):
