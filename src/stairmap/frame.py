@@ -25,6 +25,8 @@ class DepthFrame:
         The camera that took it; its size is the image's.
     up
         (3,) unit vector opposite to gravity, camera frame; ``None`` where nothing tells it.
+    up_std
+        Standard deviation of its direction, rad; ``None`` where it is as good as an IMU's.
 
     Raises
     ------
@@ -36,6 +38,7 @@ class DepthFrame:
     depth: DepthImage
     camera: PinholeCamera
     up: Vector | None = None
+    up_std: float | None = None
 
     def __post_init__(self) -> None:
         depth = np.ascontiguousarray(self.depth, dtype=np.float32).view()

@@ -13,6 +13,7 @@ from stairmap.delmerico2013.detector import Delmerico2013Detector
 from stairmap.delmerico2013.modeler import Delmerico2013Modeler
 from stairmap.detection.detector import StairEdgeDetector
 from stairmap.detection.observation import Detection, StairObservation
+from stairmap.detection.orientation import POSE_UP_STD
 from stairmap.errors import ConfigError
 from stairmap.frame import DepthFrame
 from stairmap.modeling.mapper import StairwayMapper
@@ -87,7 +88,7 @@ class StairwayPipeline:
         """
         if frame.up is None:
             up = np.array(map_from_camera[2, :3])
-            frame = DepthFrame(stamp_ns=frame.stamp_ns, depth=frame.depth, camera=frame.camera, up=up)
+            frame = DepthFrame(stamp_ns=frame.stamp_ns, depth=frame.depth, camera=frame.camera, up=up, up_std=POSE_UP_STD)
         detection = self.detector.detect(frame, trace=trace)
         self._stamps_ns.append(frame.stamp_ns)
         self._poses.append(map_from_camera)

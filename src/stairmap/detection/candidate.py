@@ -49,6 +49,8 @@ class Scene:
         Over how many pixels the sensor blends both sides of a jump, standard deviation.
     up_std
         Standard deviation of the direction of up, rad.
+    ground_slope
+        How much floor and treads climb forward, m per m.
     stamp_ns
         Stamp of the frame.
     """
@@ -58,6 +60,7 @@ class Scene:
     noise: float
     smoothing: float
     up_std: float
+    ground_slope: float
     stamp_ns: int
 
 
@@ -93,7 +96,10 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
     """Fit, count and judge the stairs that a lattice suggests."""
     strips = np.flatnonzero(lattice.strips)
     measured, everything = gather_rays(scene.elevation, strips), all_rays(scene.elevation, strips)
+    climb = scene.ground_slope * np.sign(lattice.run)
     start = StairProfile(
+        slope=climb,
+        floor_slope=climb,
         distance=lattice.distance,
         height=lattice.height,
         run=lattice.run,

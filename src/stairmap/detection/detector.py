@@ -26,6 +26,7 @@ from stairmap.detection.lattice import find_lattices, group_corners
 from stairmap.detection.nosing_search import find_corners
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.detection.orientation import (
+    GIVEN_UP_STD,
     CorrectedUp,
     Heading,
     correct_up,
@@ -37,6 +38,7 @@ from stairmap.detection.orientation import (
 )
 from stairmap.detection.tracing import trace_detection
 from stairmap.frame import DepthFrame
+from stairmap.geometry import normalized
 
 MIN_VALID_SHARE = 0.02
 """A frame with a smaller share of measured pixels is not looked at."""
@@ -106,7 +108,8 @@ class StairEdgeDetector:
         if up is None:
             return [], (Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1"),)
         limit = np.radians(self._config.detection.max_up_correction_deg)
-        corrected = correct_up(surfaces, up, max_correction=limit)
+        std = GIVEN_UP_STD if frame.up is None or frame.up_std is None else frame.up_std
+        corrected = correct_up(surfaces, up, max_correction=limit, std=std)
         candidates, rejections = self._look_around(image, surfaces, corrected, frame.stamp_ns)
         if any(candidate.observation for candidate in candidates) or frame.up is None:
             return candidates, rejections
@@ -143,20 +146,23 @@ class StairEdgeDetector:
         stamp_ns: int,
     ) -> list[Candidate]:
         """Examine what repeats like stairs along each heading."""
-        up, up_std = corrected
-        ahead, left = level_axes(up)
+        ahead, left = level_axes(corrected.up)
         smoothing = estimate_smoothing(image)
         noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
         candidates: list[Candidate] = []
         for angle, num_distances in headings:
             if num_distances < MIN_DISTANCES and any(candidate.observation for candidate in candidates):
                 continue
-            elevation = make_elevation(image, up, np.cos(angle) * ahead + np.sin(angle) * left)
+            forward = np.cos(angle) * ahead + np.sin(angle) * left
+            # Ground that slopes aside turns no rise: only along the heading does it matter what is level.
+            climb = float(corrected.ground @ forward)
+            up = normalized(corrected.ground - climb * forward)
+            elevation = make_elevation(image, up, forward)
             if elevation is None:
                 continue
             scene = Scene(
-                image=image, elevation=elevation, noise=noise, smoothing=smoothing, up_std=up_std,
-                stamp_ns=stamp_ns,
+                image=image, elevation=elevation, noise=noise, smoothing=smoothing, up_std=corrected.std,
+                ground_slope=-climb / float(corrected.ground @ up), stamp_ns=stamp_ns,
             )  # fmt: skip
             corners = find_corners(elevation, noise=noise)
             groups = group_corners(corners, num_strips=len(elevation.bearing), noise=noise)

@@ -37,7 +37,7 @@ RAKE_STD = 0.02
 """Risers lean by little more than a degree; what leans more is mostly an overhang, m per m."""
 
 SLOPE_STD = 0.008
-"""Treads drain with 1 to 2 %, most not at all, m per m."""
+"""Treads drain with 1 to 2 % against the ground, most not at all, m per m."""
 
 TURN_STD = np.radians(10.0)
 """The heading is known from normals or lines to a few degrees, rad."""
@@ -286,7 +286,7 @@ class _Prior:
             ("overhang", 0.0, OVERHANG_STD),
             ("thickness", start.thickness, THICKNESS_STD),
             ("rake", 0.0, RAKE_STD),
-            ("slope", 0.0, SLOPE_STD),
+            ("slope", start.slope, SLOPE_STD),
         ):
             self.mean[REGULAR.index(name)], self.std[REGULAR.index(name)] = mean, std
         self.mean[SHIFT], self.std[SHIFT] = known_shift, EDGE_SHIFT_STD

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray, Mask, Vector
+from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage, SurfaceNormals
 from stairmap.geometry import angle_between, cross, normalized
 
@@ -36,33 +36,43 @@ MIN_LEVEL_SHARE = 0.02
 FULL_TURN_SHARE = 0.2
 """Share of level normals that may turn up by all that is allowed: a few narrow treads may all lean."""
 
-GIVEN_UP_STD = np.radians(0.5)
-"""Standard deviation of an up that the frame says nothing about, rad: an IMU's, or SLAM's."""
+GIVEN_UP_STD = np.radians(2.0)
+"""Standard deviation of an up of which nothing else is known, rad: IMUs were 3 to 4 degrees off."""
 
-LEVEL_FLOOR_STD = np.radians(0.1)
-"""How far floors and treads are from level as a whole, rad ..."""
+POSE_UP_STD = np.radians(0.4)
+"""Standard deviation of the up of a pose, rad: SLAM with an IMU holds roll and pitch to 0.3 to 0.5 degrees."""
 
 LEVEL_NORMAL_STD, NORMALS_PER_SAMPLE = np.radians(1.5), 15.0
-"""... and one independent normal of them, rad; so many normals count as one, for windows overlap."""
+"""Standard deviation of one independent normal, rad; so many normals count as one, for windows overlap."""
 
+GROUNDS = ((0.85, np.radians(0.15)), (0.15, np.radians(1.2)))
+"""Floors and treads: how many are level and how many slope, and by how much (standard deviation), rad. Ramps
+and outdoor ground drain with 1 to 4 percent."""
+
+UPRIGHT_STD = np.radians(1.0)
+"""How far walls and risers of one view are from upright as a whole, rad: risers lean, doors stand ajar."""
 
 LEVEL_LIMIT_DEG = 5.0
 """Normals within this of an up count as level by it where two are compared, degrees."""
 
 
 class CorrectedUp(NamedTuple):
-    """Up as a (3,) unit vector, camera frame, and the standard deviation of its direction, rad."""
+    """Up as a (3,) unit vector, camera frame, the standard deviation of its direction, rad, and the (3,) normal
+    of floor and treads, which differs where the ground slopes."""
 
     up: Vector
     std: float
+    ground: Vector
 
 
-def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -> CorrectedUp:
-    """Turn a given up so that floor and treads are level and walls and risers upright.
+def correct_up(
+    surfaces: SurfaceNormals, up: Vector, *, max_correction: float, std: float = GIVEN_UP_STD
+) -> CorrectedUp:
+    """Weigh a given up against floor, treads, walls and risers.
 
-    Each normal within 15 degrees of up pulls up towards itself, each normal within
-    10 degrees of level pulls it to be perpendicular; least squares, three rounds with
-    tighter limits. Level surfaces need a share of the normals, or up stays as given.
+    Each normal within 15 degrees of up is one of level surfaces, each within 10 degrees of level one of upright
+    surfaces; three rounds with tighter limits. Where these disagree with the given up, either it is wrong, or the
+    ground slopes: both are weighed by how common they are, and walls and risers have their say.
 
     Parameters
     ----------
@@ -73,33 +83,79 @@ def correct_up(surfaces: SurfaceNormals, up: Vector, *, max_correction: float) -
     max_correction
         Largest turn, rad, where level surfaces take ``FULL_TURN_SHARE`` of the normals, less in proportion
         where they take less; a larger one is not made at all.
+    std
+        Standard deviation of the given up, rad.
 
     Returns
     -------
-    Up and its standard deviation: ``GIVEN_UP_STD`` where it stays as given.
+    Up, its standard deviation (``std`` where it stays as given), and the ground's normal.
     """
     # Where a window straddles an edge, or a sensor rounds it, the plane fits badly and leans. A sensor that
     # smooths makes slopes of narrow treads that fit well, but between neighbours that are not parallel.
     is_plane = surfaces.residual <= max(MAX_RESIDUAL * surfaces.noise, PLANE_RESIDUAL)
     normals, is_inner = surfaces.normals[is_plane], surfaces.is_inner[is_plane]
-    corrected = up
+    ground = up
     for level_limit, upright_limit in ((15.0, 10.0), (9.0, 8.0), (5.0, 6.0)):
-        along = normals @ corrected.astype(np.float32)
+        along = normals @ ground.astype(np.float32)
         level = is_inner & (along < -np.cos(np.radians(level_limit)))
         upright = np.abs(along) < np.sin(np.radians(upright_limit))
         if np.count_nonzero(level) < max(MIN_LEVEL_SHARE * len(normals), 10):
-            return CorrectedUp(up, GIVEN_UP_STD)
-        # Minimise |u + n|^2 over level normals and (u·n)^2 over upright ones.
-        level_sum = -normals[level].sum(axis=0, dtype=np.float64)
-        selected = normals[upright]
-        scatter = np.asarray(selected.T @ selected, dtype=np.float64)
-        matrix = np.count_nonzero(level) * np.eye(3) + UPRIGHT_WEIGHT * scatter
-        corrected = normalized(np.linalg.solve(matrix, level_sum))
+            return CorrectedUp(up, std, up)
+        ground = _mean_up(normals[level], normals[upright])
     share = np.count_nonzero(level) / len(normals)
-    if np.arccos(np.clip(corrected @ up, -1, 1)) > max_correction * min(1.0, share / FULL_TURN_SHARE):
-        return CorrectedUp(up, GIVEN_UP_STD)
-    num_samples = np.count_nonzero(level) / NORMALS_PER_SAMPLE
-    return CorrectedUp(corrected, float(np.hypot(LEVEL_FLOOR_STD, LEVEL_NORMAL_STD / np.sqrt(num_samples))))
+    if np.arccos(np.clip(ground @ up, -1, 1)) > max_correction * min(1.0, share / FULL_TURN_SHARE):
+        return CorrectedUp(up, std, up)
+    first = normalized(np.cross(up, [1.0, 0.0, 0.0] if abs(up[0]) < 0.9 else [0.0, 1.0, 0.0]))
+    basis = np.stack([first, cross(up, first)])
+    walls = normals[upright].astype(np.float64)
+    information = (walls @ basis.T).T @ (walls @ basis.T) / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
+    pull = -(walls @ basis.T).T @ (walls @ up) / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
+    # What all of them share does not average out.
+    known = 1.0 / (1.0 + np.trace(information) * UPRIGHT_STD**2)
+    noise = LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE / np.count_nonzero(level)
+    mean, variance = _weigh_grounds(basis @ ground, noise, (known * information, known * pull), std)
+    return CorrectedUp(normalized(up + mean @ basis), float(np.sqrt(variance)), ground)
+
+
+def _mean_up(level: Float32Array, upright: Float32Array) -> Vector:
+    """Up that minimises |u + n|^2 over level normals and (u·n)^2 over upright ones."""
+    scatter = np.asarray(upright.T @ upright, dtype=np.float64)
+    matrix = len(level) * np.eye(3) + UPRIGHT_WEIGHT * scatter
+    return normalized(np.linalg.solve(matrix, -level.sum(axis=0, dtype=np.float64)))
+
+
+def _weigh_grounds(
+    ground: Float64Array, noise: float, walls: tuple[Float64Array, Float64Array], std: float
+) -> tuple[Float64Array, float]:
+    """How far up is from the given one, and the variance of that.
+
+    Parameters
+    ----------
+    ground
+        (2,) turn of the ground's normal from the given up, rad.
+    noise
+        Variance of it, rad^2.
+    walls
+        (2, 2) information of upright surfaces on the same turn of up, and its product with their estimate.
+    std
+        Standard deviation of the given up, rad.
+    """
+    weights, means, variances = [], [], []
+    for share, slope in GROUNDS:
+        variance = noise + slope**2
+        information = np.eye(2) / std**2 + np.eye(2) / variance + walls[0]
+        pull = ground / variance + walls[1]
+        mean = np.linalg.solve(information, pull)
+        # Log of the evidence, less what both grounds have in common.
+        log = 0.5 * (pull @ mean - ground @ ground / variance) - np.log(variance)
+        weights.append(np.log(share) + log - 0.5 * np.log(np.linalg.det(information)))
+        means.append(mean)
+        variances.append(0.5 * np.trace(np.linalg.inv(information)))
+    weight = np.exp(np.array(weights) - max(weights))
+    weight /= weight.sum()
+    mean = weight @ np.array(means)
+    spread = 0.5 * np.sum((np.array(means) - mean) ** 2, axis=1)
+    return mean, float(weight @ (np.array(variances) + spread))
 
 
 def estimate_up(surfaces: SurfaceNormals) -> Vector | None:

@@ -70,8 +70,8 @@ class StairProfile:
         Whether the risers are open: slabs with nothing between them.
     rake
         How far a riser leans back downward, m per m.
-    slope
-        How much treads climb from their nosing, m per m.
+    slope, floor_slope
+        How much treads, and the level before the first step, climb in the direction of ascent, m per m.
     offsets
         (2 * num_steps + 1,) how far each nosing lies off the regular place forward, then each tread off the
         regular height from tread -1 on, m.
@@ -87,6 +87,7 @@ class StairProfile:
     is_open: bool = False
     rake: float = 0.0
     slope: float = 0.0
+    floor_slope: float = 0.0
     offsets: Float64Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
@@ -296,10 +297,12 @@ class _Pieces:
         self.line_gradient[rows, Surface.RISER, 1, self.rake] += 1.0 / foot
 
     def _add_treads(self) -> None:
-        """Treads from -1 on, the floor always level."""
+        """Treads from -1, the floor, on."""
         rows = np.arange(len(self.z))
-        climb = np.where(rows > 0, self.profile.direction * self.profile.slope, 0.0)
-        s = np.append(0.0, self.s)
+        profile = self.profile
+        climb = profile.direction * np.where(rows > 0, profile.slope, profile.floor_slope)
+        # The floor's height is that beneath the first nosing.
+        s = np.append(self.s[0], self.s)
         level = self.z - climb * s
         inverse = 1.0 / np.where(np.abs(level) > 1e-3, level, -1e-3)
         offset = -climb * inverse
@@ -307,7 +310,9 @@ class _Pieces:
         tread = Surface.TREAD
         self.line_gradient[rows, tread, 1, self.level] = -(inverse**2)
         self.line_gradient[rows, tread, 0, self.level] = -offset * inverse
-        above, sign = rows[1:], self.profile.direction
+        above, sign = rows[1:], profile.direction
+        self.line_gradient[0, tread, 1, self.nosing[0]] = inverse[0] ** 2 * climb[0]
+        self.line_gradient[0, tread, 0, self.nosing[0]] = offset[0] * inverse[0] * climb[0]
         for value, by in ((self.nosing, -climb[1:]), (self.slope, -sign * s[1:])):
             self.line_gradient[above, tread, 1, value] = -(inverse[1:] ** 2) * by
             self.line_gradient[above, tread, 0, value] = -offset[1:] * inverse[1:] * by

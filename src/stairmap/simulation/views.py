@@ -14,6 +14,7 @@ import numpy as np
 
 from stairmap.arrays import DepthImage, Float64Array, IntArray, Points, Transform, readonly
 from stairmap.camera import PinholeCamera
+from stairmap.detection.orientation import POSE_UP_STD
 from stairmap.frame import DepthFrame
 from stairmap.simulation.kinect_sensors import KinectV1, KinectV2
 from stairmap.simulation.render import RayCaster, Rendering
@@ -87,8 +88,9 @@ class View:
         return turned_camera(self.sensor.camera, self.quarter_turns)
 
     def frame(self, depth: DepthImage) -> DepthFrame:
-        """Return a depth image of the view as a frame, with the true up."""
-        return DepthFrame(stamp_ns=0, depth=depth, camera=self.camera, up=self.map_from_camera[2, :3])
+        """Return a depth image of the view as a frame, with the true up, as sure as a pose tells it."""
+        up = self.map_from_camera[2, :3]
+        return DepthFrame(stamp_ns=0, depth=depth, camera=self.camera, up=up, up_std=POSE_UP_STD)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
