@@ -14,10 +14,10 @@ from solid_scenes import frame_of, room, stairs_solid
 from stairmap.arrays import Float64Array, Transform
 from stairmap.config import Config
 from stairmap.detection.observation import Detection
-from stairmap.errors import ConfigError, TrajectoryError
+from stairmap.errors import ConfigError, MapFullError, TrajectoryError
 from stairmap.frame import DepthFrame
 from stairmap.pipeline import METHODS
-from stairmap.session import MapSession, StairwayPipeline
+from stairmap.session import MAX_OBSERVATIONS, MapSession, MapSessionState, StairwayPipeline
 from stairmap.simulation.triangle_mesh import joined
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
@@ -38,7 +38,7 @@ def frames() -> list[DepthFrame]:
 
 def run(frames: list[DepthFrame], method: str = "stairmap") -> MapSession:
     session = MapSession(Config(), method=method)
-    for frame, pose in zip(frames, POSES, strict=True):
+    for frame, pose in zip(frames, POSES, strict=False):
         session.add(frame, pose)
     return session
 
@@ -376,3 +376,51 @@ def test_the_earlier_name_still_works(frames: list[DepthFrame]) -> None:
         pipeline = StairwayPipeline()
     assert pipeline.process(frames[-1], POSES[-1])
     assert len(pipeline.trajectory()) == 1
+
+
+def repeated(state: MapSessionState, num_observations: int) -> MapSessionState:
+    """A state whose observations come again and again, in frames of their own."""
+    once, edges = state.modeler.observations, state.modeler.edges
+    rounds = -(-num_observations // len(once))
+    observations, all_edges = np.tile(once, rounds), np.tile(edges, rounds)
+    observations["stamp_ns"] = np.arange(len(observations)) * 100 * MS
+    all_edges["observation"] += np.repeat(np.arange(rounds) * len(once), len(edges))
+    modeler = replace(
+        state.modeler,
+        observations=observations,
+        edges=all_edges,
+        ids=np.zeros(len(observations), dtype=np.int64),
+    )
+    return MapSessionState(
+        modeler=modeler,
+        stamps_ns=observations["stamp_ns"],
+        map_from_camera=np.tile(state.map_from_camera, (rounds, 1, 1)),
+    )
+
+
+def test_a_map_of_many_observations_gives_what_a_small_one_gives(frames: list[DepthFrame]) -> None:
+    small, large = run(frames), MapSession()
+    state = small.state()
+    assert len(state.modeler.observations) == len(frames)
+    large.restore(repeated(state, 24_000))
+    (one,), (many,) = small.stairways(), large.stairways()
+    assert many.num_observations == 24_000
+    assert many.flights[0].num_risers == one.flights[0].num_risers
+    assert many.flights[0].rise == pytest.approx(one.flights[0].rise, abs=1e-3)
+    np.testing.assert_allclose(many.flights[0].base, one.flights[0].base, atol=2e-3)
+
+
+def test_a_full_map_refuses_what_it_cannot_take_and_says_what_to_do(frames: list[DepthFrame]) -> None:
+    session = run(frames[:1])
+    state = session.state()
+    observations = np.zeros(MAX_OBSERVATIONS - 1, dtype=state.modeler.observations.dtype)
+    observations[0] = state.modeler.observations[0]
+    full = replace(state.modeler, observations=observations, ids=np.zeros(len(observations), dtype=np.int64))
+    session.restore(replace(state, modeler=full))
+    session.add(frames[1], POSES[1])
+    with pytest.raises(MapFullError, match=r"holds 1,000,000 observations.*begin a new session"):
+        session.add(frames[2], POSES[2])
+    assert session.num_frames == 2
+    nothing = Detection(stamp_ns=frames[2].stamp_ns, observations=(), rejections=())
+    session.take(frames[2], nothing, POSES[2])
+    assert session.num_frames == 3

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.config import Config, dump_config
-from stairmap.errors import MissingPackageError
+from stairmap.errors import MapFullError, MissingPackageError
 from stairmap.export.history import HISTORY_FILE, history_values
 from stairmap.export.results import RunFolder
 from stairmap.export.summary import format_summary
@@ -93,6 +93,7 @@ class RecordingRun:
         self._frames = numbered_frames(recording)
         self._last_frame = (0, 0)
         self._was_stopped = False
+        self._notes: tuple[str, ...] = ()
 
     def process_frames(
         self,
@@ -102,7 +103,7 @@ class RecordingRun:
         on_frame: Callable[[int], None] = lambda _: None,
         view: RunView | None = None,
     ) -> None:
-        """Look at frames until they end.
+        """Look at frames until they end, or until the map is full.
 
         Parameters
         ----------
@@ -123,7 +124,11 @@ class RecordingRun:
                 return
             if trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
                 map_from_camera = trajectory.pose_at(frame.stamp_ns)
-                detection = self.session.add(frame, map_from_camera)
+                try:
+                    detection = self.session.add(frame, map_from_camera)
+                except MapFullError as error:
+                    self._notes = (f"the run ended early: {error}",)
+                    return
                 self._collector.add(frame, detection, map_from_camera)
                 if folder is not None:
                     folder.append_detection(detection)
@@ -165,7 +170,7 @@ class RecordingRun:
 
     def _describe_problems(self) -> tuple[str, ...]:
         lines = [] if self._level_map.note is None else [self._level_map.note]
-        lines += self._recording.problems.to_lines()
+        lines += [*self._recording.problems.to_lines(), *self._notes]
         if self._was_stopped:
             lines.append(f"the run was interrupted after {_counted_frames(self._collector.num_frames)}")
         return tuple(lines)

@@ -18,7 +18,7 @@ import numpy as np
 from stairmap.arrays import Float64Array, IntArray, Transform, readonly
 from stairmap.config import Config
 from stairmap.detection.observation import Detection
-from stairmap.errors import ConfigError
+from stairmap.errors import ConfigError, MapFullError
 from stairmap.frame import DepthFrame
 from stairmap.modeling.mapper import MapperState
 from stairmap.pipeline import DEFAULT_METHOD, RestorableModeler, make_detector, make_modeler
@@ -26,6 +26,9 @@ from stairmap.pose_log import PoseLog
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import check_pose
+
+MAX_OBSERVATIONS = 1_000_000
+"""Most observations that a session takes: so many need 3 GB and half a minute to give their stairways."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +83,7 @@ class MapSession:
         self.detector = make_detector(self.config, method=method)
         self.modeler = make_modeler(self.config, method=method)
         self._poses = PoseLog()
+        self._num_observations = 0
 
     @property
     def num_frames(self) -> int:
@@ -111,6 +115,8 @@ class MapSession:
         TrajectoryError
             If the pose is no rigid transform or the stamp is not after the one before it. The session stays
             as it was.
+        MapFullError
+            If it shows stair edges and the map holds ``MAX_OBSERVATIONS`` already; likewise.
         """
         self._poses.check_stamp(frame.stamp_ns)
         detection = self.detect(frame, map_from_camera, trace=trace)
@@ -130,7 +136,14 @@ class MapSession:
 
     def take(self, frame: DepthFrame, detection: Detection, map_from_camera: Transform | None) -> None:
         """Let what ``detect`` has found in a frame enter the map; see ``add``, which does both."""
+        num_observations = self._num_observations + len(detection.observations)
+        if detection.observations and num_observations > MAX_OBSERVATIONS:
+            raise MapFullError(
+                f"the map holds {self._num_observations:,} observations, of {MAX_OBSERVATIONS:,} at most; "
+                "leave out frames from places that were looked from often, or begin a new session"
+            )
         self._poses.add(frame.stamp_ns, map_from_camera)
+        self._num_observations = num_observations
         for observation in detection.observations:
             self.modeler.add(observation)
 
@@ -208,6 +221,7 @@ class MapSession:
         poses = PoseLog.from_arrays(state.stamps_ns, state.map_from_camera)
         modeler.restore(state.modeler)
         self._poses = poses
+        self._num_observations = len(state.modeler.observations)
 
     def _restorable_modeler(self) -> RestorableModeler:
         if not isinstance(self.modeler, RestorableModeler):
