@@ -17,7 +17,7 @@ from stairmap.config import Config, dump_config
 from stairmap.errors import MapFullError, MissingPackageError
 from stairmap.export.history import HISTORY_FILE, history_values
 from stairmap.export.results import RunFolder
-from stairmap.export.summary import format_summary
+from stairmap.export.summary import counted, format_summary
 from stairmap.map_levelling import LevelMap
 from stairmap.pipeline import DEFAULT_METHOD
 from stairmap.recordings.base import Recording
@@ -172,7 +172,7 @@ class RecordingRun:
         lines = [] if self._level_map.note is None else [self._level_map.note]
         lines += [*self._recording.problems.to_lines(), *self._notes]
         if self._was_stopped:
-            lines.append(f"the run was interrupted after {_counted_frames(self._collector.num_frames)}")
+            lines.append(f"the run was interrupted after {counted(self._collector.num_frames, 'frame')}")
         return tuple(lines)
 
     def show_outcome(self, view: RunView, outcome: RunOutcome) -> None:
@@ -183,7 +183,7 @@ class RecordingRun:
 
     def _describe_unconfirmed(self) -> str:
         """Say why frames with stair edges made no stairway."""
-        seen = f"{_counted_frames(self._collector.num_detections)} with stair edges made no stairway: "
+        seen = f"{counted(self._collector.num_detections, 'frame')} with stair edges made no stairway: "
         rejection = getattr(self.session.modeler, "rejection", None)
         if rejection is not None:
             return f"{seen}{rejection}"
@@ -235,7 +235,3 @@ class RecordingRun:
         except MissingPackageError as error:
             return f"report.html was left out: {error}"
         return None
-
-
-def _counted_frames(number: int) -> str:
-    return f"{number} frame{'' if number == 1 else 's'}"

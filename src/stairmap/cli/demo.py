@@ -12,9 +12,10 @@ import typer
 
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.plain_table import format_columns
-from stairmap.cli.progress import FrameProgress, counted
+from stairmap.cli.progress import FrameProgress
 from stairmap.config import Config
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
+from stairmap.export.summary import counted
 from stairmap.map_levelling import find_level_map
 from stairmap.pipeline import DEFAULT_METHOD, METHODS
 from stairmap.recording_run import RecordingRun

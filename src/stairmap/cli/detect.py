@@ -12,12 +12,13 @@ import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.opening import open_requested
 from stairmap.cli.plain_table import format_columns
-from stairmap.cli.progress import FrameProgress, counted
+from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import DetectRequest
 from stairmap.config import load_config
 from stairmap.detection.observation import Detection
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
+from stairmap.export.summary import counted
 from stairmap.pipeline import Detector, make_detector
 from stairmap.recordings.base import Recording
 from stairmap.recordings.frame_iterators import numbered_frames

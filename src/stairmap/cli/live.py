@@ -9,12 +9,11 @@ from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.live_session import LiveSession
 from stairmap.cli.live_table import COLUMNS, LiveTable, observation_rows
 from stairmap.cli.plain_table import format_columns
-from stairmap.cli.progress import counted
 from stairmap.cli.requests import LiveRequest
 from stairmap.config import dump_config, load_config
 from stairmap.errors import MissingPackageError, RecordingError, TrajectoryError
 from stairmap.export.results import RunFolder, create_run_folder
-from stairmap.export.summary import format_summary, format_table
+from stairmap.export.summary import counted, format_summary, format_table
 from stairmap.odometry_session import OdometryMap
 from stairmap.recordings.image_folder_writer import ImageFolderWriter
 from stairmap.recordings.realsense import RealSenseCamera, open_realsense

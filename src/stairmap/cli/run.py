@@ -11,13 +11,13 @@ import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.opening import open_requested, open_with_odometry
 from stairmap.cli.plain_table import format_columns
-from stairmap.cli.progress import FrameProgress, counted
+from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import RunRequest
 from stairmap.cli.view import open_live_view
 from stairmap.config import Config, load_config
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
 from stairmap.export.results import TRAJECTORY_FILE, RunFolder, create_run_folder, null_for_nan
-from stairmap.export.summary import format_table
+from stairmap.export.summary import counted, format_table
 from stairmap.export.verdicts import VERDICT_COLUMNS, verdict_cells
 from stairmap.map_levelling import LevelMap, find_level_map
 from stairmap.navigation.robot_profile import load_robot
