@@ -216,12 +216,20 @@ def test_a_rotation_rounded_to_four_decimals_is_taken(deviation: float, frames: 
     assert session.num_frames == 1
 
 
+class NoDetector:
+    """Must not be asked."""
+
+    def detect(self, frame: DepthFrame, *, trace: bool = False) -> Detection:
+        raise AssertionError(f"the frame at {frame.stamp_ns} ns was looked at")
+
+
 @pytest.mark.parametrize("second", [0, 1, 2])
 def test_a_frame_that_is_not_newer_is_refused_before_it_is_looked_at(
     second: int, frames: list[DepthFrame]
 ) -> None:
     session = MapSession()
     session.add(frames[2], POSES[2])
+    session.detector = NoDetector()
     with pytest.raises(TrajectoryError, match=r"after that at 0\.200000 s .* each once"):
         session.add(frames[second], POSES[second])
     assert session.num_frames == 1
@@ -288,6 +296,22 @@ def test_sparse_keyframes_move_the_frames_between_and_after_them(frames: list[De
         session.correct(path)
         moved = session.trajectory().map_from_camera[:, 0, 3] - np.array(POSES)[:, 0, 3]
         np.testing.assert_allclose(moved, [0, 0, 0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.6, 0.6, 0.6], atol=1e-12)
+
+
+def test_a_frame_without_a_pose_moves_no_other(frames: list[DepthFrame]) -> None:
+    session = MapSession()
+    nothing = Detection(stamp_ns=0, observations=(), rejections=())
+    for index, pose in enumerate((None, POSES[1], POSES[2], None)):
+        session.take(frames[index], nothing, pose)
+    session.correct(
+        Trajectory(
+            stamps_ns=np.array([frames[index].stamp_ns for index in (0, 1)]),
+            map_from_camera=np.array([shifted(POSES[index], (0.0, 0.0, 1.0)) for index in (0, 1)]),
+        )
+    )
+    corrected = session.trajectory()
+    assert corrected.stamps_ns.tolist() == [frame.stamp_ns for frame in frames[:3]]
+    np.testing.assert_allclose(corrected.map_from_camera[:, 2, 3], np.array(POSES)[:3, 2, 3] + 1.0)
 
 
 def test_a_path_of_another_time_is_refused(frames: list[DepthFrame]) -> None:

@@ -137,7 +137,7 @@ class MapSession:
     def take(self, frame: DepthFrame, detection: Detection, map_from_camera: Transform | None) -> None:
         """Let what ``detect`` has found in a frame enter the map; see ``add``, which does both."""
         num_observations = self._num_observations + len(detection.observations)
-        if detection.observations and num_observations > MAX_OBSERVATIONS:
+        if num_observations > MAX_OBSERVATIONS:
             raise MapFullError(
                 f"the map holds {self._num_observations:,} observations, of {MAX_OBSERVATIONS:,} at most; "
                 "leave out frames from places that were looked from often, or begin a new session"
