@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from analytic_stairs import KINECT_CAMERA
-from depth_drives import PERIOD_NS, STAIRS, empty_frame, frames_at, poses_towards_stairs
+from depth_drives import STAIRS, frames_at, poses_towards_stairs
+from stairmap import odometry_session
 from stairmap.config import Config
 from stairmap.errors import TrajectoryError
 from stairmap.frame import DepthFrame
 from stairmap.odometry_session import OdometrySession
+from stairmap.recordings.registration import TrackedFrame, TrackState
+from stairmap.transforms import invert_transform
 
 pytest.importorskip("small_gicp")
 
@@ -49,13 +54,34 @@ def test_the_drift_of_the_poses_widens_the_place_unless_it_is_configured():
     assert (wide.flights[0].std.base > narrow.flights[0].std.base).any()
 
 
-def test_a_frame_that_fits_nowhere_is_looked_at_and_not_mapped():
-    session = session_of(FRAMES[:3])
-    assert not session.add(empty_frame(3 * PERIOD_NS))
-    assert session.last_frame is not None
-    assert session.last_frame.stamp_ns == 3 * PERIOD_NS
-    assert session.find_map().odometry.num_frames == 4
-    assert len(session.find_map().trajectory) == 3
+class ForgetfulOdometry:
+    """The true way, but for one frame that it cannot place."""
+
+    lost = 3
+
+    def track(self, frame):
+        index = frame.stamp_ns // 40_000_000
+        state = {0: TrackState.START, self.lost: TrackState.LOST}.get(index, TrackState.TRACKED)
+        pose = None if index == self.lost else invert_transform(POSES[0]) @ POSES[index]
+        return TrackedFrame(stamp_ns=frame.stamp_ns, state=state, piece=0, piece_from_camera=pose)
+
+
+FRAMES_CLOSE = [
+    replace(with_up(frame, POSES[index]), stamp_ns=40_000_000 * index) for index, frame in enumerate(FRAMES)
+]
+"""Two frames apart, a pose may still be interpolated."""
+
+
+def test_a_frame_that_fits_nowhere_is_looked_at_and_not_mapped(monkeypatch):
+    monkeypatch.setattr(odometry_session, "DepthOdometry", ForgetfulOdometry)
+    session = OdometrySession()
+    detections = [session.add(frame) for frame in FRAMES_CLOSE]
+    assert all(detections)
+    found = session.find_map()
+    assert len(found.trajectory) == 5
+    assert found.trajectory.has_pose(np.array([FRAMES_CLOSE[3].stamp_ns])).all()
+    (stairway,) = found.stairways
+    assert stairway.num_observations == 5
 
 
 def test_the_last_frame_knows_up_from_the_floor_of_those_before():
