@@ -17,6 +17,7 @@ from goals import find_goals, sensor_of, summarize_by
 from kept_results import run_kept_trials
 
 from stairmap.evaluation.convergence import draw_convergences, record_convergence
+from stairmap.evaluation.data_folder import DATA_FOLDER
 from stairmap.evaluation.detection_rates import QUICK_GRID, RateGrid, RatePanel, measure_panels
 from stairmap.evaluation.rate_plots import Rate, draw_rates
 from stairmap.evaluation.real import RealResult, run_real_suite
@@ -44,9 +45,7 @@ def main() -> None:
     """Run all suites and write the section."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cache", type=Path, default=None, help="keep rendered frames here")
-    parser.add_argument(
-        "--data", type=Path, default=ROOT / "../shared/data", help="buildings and real recordings"
-    )
+    parser.add_argument("--data", type=Path, default=ROOT / DATA_FOLDER, help="buildings and real recordings")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--keep", type=Path, default=None, help="file of results: a killed run goes on here")
     parser.add_argument("--quick", action="store_true", help="one short drive per scene, for a first look")

@@ -12,10 +12,10 @@ import numpy as np
 from samples import Sample, timed
 
 from stairmap.arrays import Transform
-from stairmap.config import Config
 from stairmap.detection.observation import StairObservation
 from stairmap.evaluation.table_format import format_table
-from stairmap.pipeline import METHODS, StairwayPipeline
+from stairmap.pipeline import METHODS, make_detector, make_modeler
+from stairmap.session import MapSession
 from stairmap.simulation.odometry import close_loop
 from stairmap.trajectory import Trajectory
 
@@ -26,13 +26,13 @@ def measure_growth(samples: list[Sample], num_frames: int) -> str:
     """Return the table of time per frame and memory early and late in a long run."""
     rows = []
     for method in METHODS:
-        pipeline = StairwayPipeline(Config(), method=method)
+        session = MapSession(method=method)
         seconds, memory = [], {}
         num_observations = 0
         for count in range(num_frames):
             sample = samples[count % len(samples)]
             frame = replace(sample.frame, stamp_ns=count * FRAME_NS)
-            detection, spent = timed(pipeline.process, frame, sample.pose)
+            detection, spent = timed(session.add, frame, sample.pose)
             seconds.append(spent)
             num_observations += len(detection.observations)
             if count + 1 in (len(samples), num_frames):
@@ -59,9 +59,7 @@ def measure_growth(samples: list[Sample], num_frames: int) -> str:
         "method", f"ms per frame, {size + 1}-{2 * size}", f"at {num_frames:,}", "change", "observations",
         f"memory at {size}, MB", f"at {num_frames:,}, MB", "growth, MB",
     )  # fmt: skip
-    note = (
-        f"{size} frames in a circle, stamps going on; `process` only. Memory is the process's resident set."
-    )
+    note = f"{size} frames in a circle, stamps going on; `add` only. Memory is the process's resident set."
     return note + "\n\n" + format_table(header, rows)
 
 
@@ -69,8 +67,7 @@ def measure_queries(samples: list[Sample], num_observations: int = 10_000) -> st
     """Return the time of ``stairways()`` before and after the trajectory has changed."""
     rows = []
     for method in METHODS:
-        make_detector, make_modeler = METHODS[method]
-        detector, modeler = make_detector(Config()), make_modeler(Config())
+        detector, modeler = make_detector(method=method), make_modeler(method=method)
         seen: list[tuple[StairObservation, Transform]] = [
             (observation, sample.pose)
             for sample in samples

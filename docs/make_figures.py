@@ -1,4 +1,4 @@
-"""Make the pictures of docs/method.md from the real frames in ../shared/data.
+"""Make the pictures of docs/method.md from real frames, which lie beside the project (docs/evaluation.md).
 
     .venv/bin/python docs/make_figures.py            # writes docs/images/method-*.png
     .venv/bin/python docs/make_figures.py --limits   # prints the numbers of "What it cannot do"
@@ -36,11 +36,12 @@ from stairmap.detection.ledges import find_ledges
 from stairmap.detection.observation import Detection, StairObservation
 from stairmap.detection.orientation import correct_up, find_headings, level_axes
 from stairmap.detection.profile_segments import NOTHING, RISER, TREAD, find_segments, label_cells
+from stairmap.evaluation.data_folder import DATA_FOLDER
 from stairmap.frame import DepthFrame
 from stairmap.recordings.open import open_recording
 from stairmap.visualization.dimensions import GREY, INK, ORANGE, draw_dimension, finish_axes
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "real"
+DATA = Path(__file__).resolve().parents[1] / DATA_FOLDER / "real"
 IMAGES = Path(__file__).resolve().parent / "images"
 
 TREAD_COLOR, RISER_COLOR = "#56B4E9", ORANGE

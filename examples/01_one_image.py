@@ -17,18 +17,14 @@ import stairmap
 
 def main(image: Path, camera_file: Path) -> None:
     """Print the stair edges of one image, or why there are none."""
+    camera = stairmap.load_camera(camera_file)
     values = json.loads(camera_file.read_text())
-    camera = stairmap.PinholeCamera(
-        **{key: values[key] for key in ("width", "height", "fx", "fy", "cx", "cy")}
-    )
 
-    # Depth is float32 metres with NaN where nothing was measured.
-    pixels = cv2.imread(str(image), cv2.IMREAD_UNCHANGED)
-    depth = np.where(pixels > 0, pixels / values["depth_scale"], np.nan).astype(np.float32)
+    # Depth is metres; zero, as in many PNG files, is nothing measured.
+    depth = cv2.imread(str(image), cv2.IMREAD_UNCHANGED) / values["depth_scale"]
 
     # Without `up` (against gravity, camera frame) the floor in view tells it.
-    frame = stairmap.DepthFrame(stamp_ns=0, depth=depth, camera=camera, up=values.get("up"))
-    detection = stairmap.StairEdgeDetector(stairmap.Config()).detect(frame)
+    detection = stairmap.detect(depth, camera, up=values.get("up"))
 
     for observation in detection.observations:
         print(

@@ -16,14 +16,13 @@ import stairmap
 def main(folder: Path) -> None:
     """Print each stairway with the uncertainty of its measures."""
     recording = stairmap.open_recording(folder)  # up="-y" if y points down in the map
-    trajectory = recording.check_poses()
-    pipeline = stairmap.StairwayPipeline(stairmap.load_config(overrides=["detection.max_depth=5"]))
+    session = stairmap.MapSession(stairmap.load_config(overrides=["detection.max_depth=5"]))
 
-    for frame in recording:
-        if trajectory.has_pose(np.array([frame.stamp_ns])).all():
-            pipeline.process(frame, trajectory.pose_at(frame.stamp_ns))
+    for frame, map_from_camera in stairmap.placed_frames(recording):
+        session.add(frame, map_from_camera)
 
-    for stairway in pipeline.stairways():
+    stairways = session.stairways()
+    for stairway in stairways:
         print(f"stairway {stairway.id}, {stairway.num_observations} observations")
         for flight in stairway.flights:
             print(
@@ -32,7 +31,7 @@ def main(folder: Path) -> None:
                 f"pitch {np.degrees(flight.pitch):.1f} deg"
             )
             print(f"  begins at {np.round(flight.base, 2).tolist()} m in the map")
-    if not pipeline.stairways():
+    if not stairways:
         print("no stairway; stairmap run says why")
     for line in recording.problems.to_lines():
         print(line)

@@ -21,19 +21,20 @@ def main() -> None:
     """Print where a stairway is before and after the poses were corrected."""
     scene = make_scene("free_standing", seed=1)
     robot = Simulation(scene, make_sensor("d435", factor=0.5), ROBOTS["go2"], seed=1, num_frames=40)
-    pipeline = stairmap.StairwayPipeline()
+    session = stairmap.MapSession()
 
     for simulated in robot.frames():
         # (4, 4) pose of the depth camera's optical frame in a map with z up, as SLAM gives it now.
-        pipeline.process(simulated.frame, simulated.map_from_camera_odometry)
-    report("as the poses came", pipeline.stairways())
+        session.add(simulated.frame, simulated.map_from_camera_odometry)
+    report("as the poses came", session.stairways())
 
-    # A loop closure moves old poses. Observations are kept relative to them, so just ask again.
+    # A loop closure moves old poses. Observations are kept relative to them: correct them, ask again.
     corrected = stairmap.Trajectory(
         stamps_ns=robot.stamps_ns,
         map_from_camera=close_loop(robot.stamps_ns, robot.odometry_poses, robot.true_poses),
     )
-    report("after the loop closure", pipeline.stairways(corrected))
+    session.correct(corrected)
+    report("after the loop closure", session.stairways())
     report("the truth", scene.stairways)
 
 

@@ -13,22 +13,18 @@ import numpy as np
 
 import stairmap
 from stairmap.export.verdicts import format_limit, format_margin, format_measured, format_probability
-from stairmap.navigation.floors import find_floors
-from stairmap.navigation.portals import make_portals
-from stairmap.navigation.robot_profile import load_robot
-from stairmap.recordings.tum_trajectory import load_tum_trajectory
 
 
 def main(run: Path, robot_name: str) -> None:
     """Print the verdict for each stairway of a run, and the portal that it is for a planner."""
     stairways = stairmap.load_stairways(run).stairways
-    robot = load_robot(robot_name)
+    robot = stairmap.load_robot(robot_name)
     if not stairways:
         print("the run found no stairway")
         return
 
-    floors = find_floors(stairways, load_tum_trajectory(run / "trajectory.tum"))
-    for portal in make_portals(stairways, floors, robot):
+    floors = stairmap.find_floors(stairways, stairmap.load_tum_trajectory(run / "trajectory.tum"))
+    for portal in stairmap.make_portals(stairways, floors, robot):
         answer = portal.assessment
         check = answer.limiting
         print(f"stairway {portal.stairway_id}: {answer.verdict} for {robot.name}")

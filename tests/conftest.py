@@ -8,12 +8,13 @@ import pytest
 
 from command_line import stairmap
 from small_recordings import write_recording
+from stairmap.evaluation.data_folder import DATA_FOLDER
 
 
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """Folder of real recordings and buildings beside the project; where it is absent, skip."""
-    folder = Path(__file__).resolve().parents[1] / "../shared/data"
+    folder = Path(__file__).resolve().parents[1] / DATA_FOLDER
     if not folder.is_dir():
         pytest.skip(f"no real data at {folder}")
     return folder.resolve()

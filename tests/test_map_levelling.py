@@ -7,8 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from small_recordings import write_recording
 from stairmap.errors import TrajectoryError
-from stairmap.map_levelling import levelling_from_ups
+from stairmap.map_levelling import find_level_map, levelling_from_ups
+from stairmap.recordings.frame_iterators import placed_frames
+from stairmap.recordings.open import open_recording
+from stairmap.session import MapSession
 from stairmap.transforms import rotation_from_vector
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -60,3 +64,34 @@ def test_no_floor_is_refused():
 def test_single_frame_is_enough_for_a_recording_of_one():
     levelling = levelling_from_ups(tilted(20)[None], num_asked=1)
     assert np.degrees(levelling.angle) == pytest.approx(20)
+
+
+def test_a_recording_whose_map_lies_on_its_side_is_levelled_by_the_floor(tmp_path):
+    turn = rotation_from_vector([0.4, -1.2, 0.3])
+    folder = write_recording(tmp_path / "lying", recorded_from_map=turn)
+    recording = open_recording(folder, up="auto")
+    level_map = find_level_map(recording, "auto")
+    angle = np.degrees(np.arccos(np.clip((level_map.map_from_recorded[:3, :3] @ turn)[2, 2], -1.0, 1.0)))
+    assert angle < 1.0
+    assert "the map was turned by" in level_map.note
+    session = MapSession()
+    for frame, map_from_camera in placed_frames(recording, level_map.trajectory):
+        session.add(frame, map_from_camera)
+    (stairway,) = session.stairways()
+    assert stairway.flights[0].rise == pytest.approx(0.17, abs=0.003)
+
+
+def test_a_level_recording_keeps_its_map(tmp_path):
+    recording = open_recording(write_recording(tmp_path / "level", num_frames=2))
+    level_map = find_level_map(recording)
+    assert np.array_equal(level_map.map_from_recorded, np.eye(4))
+    assert level_map.note is None
+    assert np.array_equal(level_map.trajectory.map_from_camera, recording.check_poses().map_from_camera)
+
+
+def test_an_axis_that_is_named_is_told(tmp_path):
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    folder = write_recording(tmp_path / "y_down", num_frames=2, recorded_from_map=turn)
+    level_map = find_level_map(open_recording(folder, up="-y"), "-y")
+    assert "so that its -y axis is z" in level_map.note
+    assert np.allclose((level_map.map_from_recorded[:3, :3] @ turn)[2], [0, 0, 1])

@@ -9,13 +9,18 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
 from stairmap.arrays import Float64Array, Points, Transform, Vector
+from stairmap.errors import TrajectoryError
 from stairmap.transforms import (
+    check_pose,
+    find_pose_flaw,
     interpolate_poses,
     invert_transform,
+    invert_transforms,
     quat_from_rotation,
     rotation_between,
     rotation_from_quat,
     rotation_from_vector,
+    spread_corrections,
     transform_from_parts,
     transform_points,
 )
@@ -164,3 +169,45 @@ def test_nanoseconds_of_todays_clock_are_told_apart() -> None:
     poses = np.array([np.eye(4), transform_from_parts(np.eye(3), [100.0, 0.0, 0.0])])
     pose = interpolate_poses(np.array([start, start + 100]), poses, np.array([start + 1]))[0]
     assert pose[0, 3] == pytest.approx(1.0)
+
+
+def test_inverses_of_many_are_those_of_each() -> None:
+    rotations = [rotation_from_vector([0.1 * k, -0.4, 0.3 * k]) for k in range(4)]
+    poses = np.array([transform_from_parts(r, [k, -1.0, 2.0]) for k, r in enumerate(rotations)])
+    np.testing.assert_allclose(poses @ invert_transforms(poses), np.tile(np.eye(4), (4, 1, 1)), atol=1e-12)
+    assert invert_transforms(np.zeros((0, 4, 4))).shape == (0, 4, 4)
+
+
+def test_corrections_are_interpolated_and_beyond_their_ends_kept() -> None:
+    corrections = np.array([transform_from_parts(np.eye(3), [x, 0.0, 0.0]) for x in (1.0, 3.0)])
+    wanted = np.array([0, 100, 150, 200, 999])
+    spread = spread_corrections(np.array([100, 200]), corrections, wanted)
+    np.testing.assert_allclose(spread[:, 0, 3], [1.0, 1.0, 2.0, 3.0, 3.0])
+    single = spread_corrections(np.array([100]), corrections[:1], wanted)
+    np.testing.assert_allclose(single[:, 0, 3], 1.0)
+
+
+def test_the_first_pose_that_is_none_is_named() -> None:
+    poses = np.tile(np.eye(4), (5, 1, 1))
+    assert find_pose_flaw(poses) is None
+    assert find_pose_flaw(poses[:0]) is None
+    poses[3, 0, 3] = np.nan
+    poses[4, :3, :3] *= 2
+    assert find_pose_flaw(poses) == (3, "a value that is not finite")
+    poses[3, 0, 3] = 0.0
+    assert find_pose_flaw(poses) == (4, "a rotation whose columns are not perpendicular and of length 1")
+
+
+def test_a_pose_is_checked_up_to_its_limits() -> None:
+    near = np.eye(4)
+    near[1, 3] = -1e7
+    assert not check_pose(near).flags.writeable
+    near[1, 3] = -1.1e7
+    with pytest.raises(TrajectoryError, match="a place more than"):
+        check_pose(near)
+    sheared = np.eye(4)
+    sheared[0, 1] = 0.9e-3
+    check_pose(sheared)
+    sheared[0, 1] = 1.1e-3
+    with pytest.raises(TrajectoryError, match="not perpendicular"):
+        check_pose(sheared)

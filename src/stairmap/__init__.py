@@ -17,9 +17,18 @@ if TYPE_CHECKING:
     from stairmap.errors import StairmapError
     from stairmap.export.loading import load_detections, load_stairways
     from stairmap.frame import DepthFrame
-    from stairmap.pipeline import StairwayPipeline
+    from stairmap.map_levelling import find_level_map
+    from stairmap.navigation.floors import find_floors
+    from stairmap.navigation.portals import make_portals
+    from stairmap.navigation.robot_profile import load_robot
+    from stairmap.navigation.traversability import assess
+    from stairmap.pipeline import detect
     from stairmap.recordings.base import Recording
+    from stairmap.recordings.camera_file import load_camera
+    from stairmap.recordings.frame_iterators import placed_frames
     from stairmap.recordings.open import open_recording
+    from stairmap.recordings.tum_trajectory import load_tum_trajectory
+    from stairmap.session import MapSession, StairwayPipeline
     from stairmap.stairway import Flight, Landing, Stairway, Step
     from stairmap.trajectory import Trajectory
 
@@ -31,6 +40,7 @@ __all__ = [
     "Detection",
     "Flight",
     "Landing",
+    "MapSession",
     "PinholeCamera",
     "Recording",
     "Rejection",
@@ -43,10 +53,19 @@ __all__ = [
     "Step",
     "Trajectory",
     "__version__",
+    "assess",
+    "detect",
+    "find_floors",
+    "find_level_map",
+    "load_camera",
     "load_config",
     "load_detections",
+    "load_robot",
     "load_stairways",
+    "load_tum_trajectory",
+    "make_portals",
     "open_recording",
+    "placed_frames",
 ]
 
 _HOMES = {
@@ -57,9 +76,18 @@ _HOMES = {
     "errors": ("StairmapError",),
     "export.loading": ("load_detections", "load_stairways"),
     "frame": ("DepthFrame",),
-    "pipeline": ("StairwayPipeline",),
+    "map_levelling": ("find_level_map",),
+    "navigation.floors": ("find_floors",),
+    "navigation.portals": ("make_portals",),
+    "navigation.robot_profile": ("load_robot",),
+    "navigation.traversability": ("assess",),
+    "pipeline": ("detect",),
     "recordings.base": ("Recording",),
+    "recordings.camera_file": ("load_camera",),
+    "recordings.frame_iterators": ("placed_frames",),
     "recordings.open": ("open_recording",),
+    "recordings.tum_trajectory": ("load_tum_trajectory",),
+    "session": ("MapSession", "StairwayPipeline"),
     "stairway": ("Flight", "Landing", "Stairway", "Step"),
     "trajectory": ("Trajectory",),
 }

@@ -7,7 +7,7 @@ import sys
 
 
 def main() -> None:
-    """Run the command line and exit with its code (ARCHITECTURE.md section 6)."""
+    """Run the command line and exit with its code: 0 ran, 1 a refusal, 2 wrong usage, 130 interrupted."""
     try:
         _run()
     except KeyboardInterrupt:

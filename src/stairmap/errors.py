@@ -65,6 +65,10 @@ class TransformLookupError(TrajectoryError):
         self.problem = problem
 
 
+class MapFullError(StairmapError):
+    """A map holds as many observations as can be asked for stairways."""
+
+
 class OutputError(StairmapError):
     """A result cannot be written."""
 

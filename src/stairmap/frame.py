@@ -31,7 +31,7 @@ class DepthFrame:
     Raises
     ------
     ValueError
-        If the image's size is not the camera's, or ``up`` has no length.
+        If the image's size is not the camera's, or ``up`` is not three finite numbers, or all zero.
     """
 
     stamp_ns: int
@@ -48,6 +48,8 @@ class DepthFrame:
             raise ValueError(f"depth image has shape {depth.shape}, its camera says {expected}")
         object.__setattr__(self, "depth", depth)
         if self.up is not None:
+            if np.shape(self.up) != (3,):
+                raise ValueError(f"expected up as three numbers (x, y, z), got shape {np.shape(self.up)}")
             object.__setattr__(self, "up", readonly(normalized(self.up)))
 
     def points(self) -> Points:

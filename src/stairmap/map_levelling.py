@@ -12,12 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import Float64Array, Transform
+from stairmap.config import Config
 from stairmap.detection.inverse_depth import fit_surface_normals, inverse_depth_from_frame
 from stairmap.detection.orientation import estimate_up
 from stairmap.errors import TrajectoryError
 from stairmap.frame import DepthFrame
 from stairmap.geometry import normalized
 from stairmap.recordings.base import Recording
+from stairmap.recordings.map_up import UP_AUTO, turned_trajectory
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import rotation_between, transform_from_parts
 
@@ -65,6 +67,60 @@ class MapLevelling:
             f"{self.num_agreeing} of {self.num_asked} frames says (they agree within "
             f"{np.degrees(self.spread):.1f} deg, median); all results are in the turned map"
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LevelMap:
+    """Poses in a map with z up.
+
+    Attributes
+    ----------
+    trajectory
+        ``map_from_camera``.
+    map_from_recorded
+        (4, 4) turn of the coordinate frame of the poses as recorded.
+    note
+        A sentence about that turn; ``None`` without one.
+    """
+
+    trajectory: Trajectory
+    map_from_recorded: Transform
+    note: str | None
+
+
+def find_level_map(
+    recording: Recording, up: str | None = None, *, max_depth: float | None = None
+) -> LevelMap:
+    """Return the poses of a recording in a map with z up.
+
+    Parameters
+    ----------
+    recording
+        Opened with the same ``up``.
+    up
+        Which axis of the poses' coordinate frame points up, as ``open_recording`` was told; ``auto``: the
+        floor tells.
+    max_depth
+        Farthest depth at which the floor is looked for, m; if not given, that of the default configuration.
+
+    Raises
+    ------
+    TrajectoryError
+        If there are no poses, or the floor is asked and does not tell.
+    """
+    trajectory = recording.check_poses()
+    turn = recording.map_from_recorded
+    if up == UP_AUTO:
+        depth = Config().detection.max_depth if max_depth is None else max_depth
+        levelling = find_map_levelling(recording, trajectory, max_depth=depth)
+        return LevelMap(
+            trajectory=turned_trajectory(levelling.map_from_recorded, trajectory),
+            map_from_recorded=levelling.map_from_recorded @ turn,
+            note=str(levelling),
+        )
+    is_turned = not np.array_equal(turn, np.eye(4))
+    note = f"the map was turned so that its {up} axis is z; all results are in the turned map"
+    return LevelMap(trajectory=trajectory, map_from_recorded=turn, note=note if is_turned else None)
 
 
 def find_map_levelling(recording: Recording, trajectory: Trajectory, *, max_depth: float) -> MapLevelling:

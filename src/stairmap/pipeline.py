@@ -1,24 +1,31 @@
-"""The only place where the stages meet: frames and poses in, stairways out."""
+"""What a method is: a detector for single frames and a modeler for a map, by name."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from stairmap.arrays import Transform
+from stairmap.camera import PinholeCamera
 from stairmap.config import Config
-from stairmap.delmerico2013.detector import Delmerico2013Detector
-from stairmap.delmerico2013.modeler import Delmerico2013Modeler
-from stairmap.detection.detector import StairEdgeDetector
-from stairmap.detection.observation import Detection, StairObservation
-from stairmap.detection.orientation import POSE_UP_STD
+from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.errors import ConfigError
 from stairmap.frame import DepthFrame
-from stairmap.modeling.mapper import StairwayMapper
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from stairmap.modeling.mapper import MapperState
+
+DEFAULT_METHOD = "stairmap"
+
+MIN_IMAGE_SIDE = 8
+"""Fewest rows and columns of an image that is looked at, px: two steps of four rows."""
+
+WORKING_WIDTH = 320
+"""Wider images lose rows as well when they are reduced to about this width, px, and are measured so."""
 
 
 class Detector(Protocol):
@@ -41,20 +48,82 @@ class Modeler(Protocol):
         ...
 
 
+@runtime_checkable
+class RestorableModeler(Modeler, Protocol):
+    """A modeler that can go on in another process, or under another configuration."""
+
+    def state(self) -> MapperState:
+        """Return a copy of all that it knows."""
+        ...
+
+    def restore(self, state: MapperState) -> None:
+        """Go on from a state."""
+        ...
+
+
+class SizeCheckedDetector:
+    """A detector that looks only at images large enough to show steps; of others it says that.
+
+    Parameters
+    ----------
+    detector
+        Looks at the others.
+    """
+
+    def __init__(self, detector: Detector) -> None:
+        self._detector = detector
+
+    def detect(self, frame: DepthFrame, *, trace: bool = False) -> Detection:
+        """Return the observations of one frame, or the reasons why there are none."""
+        height, width = frame.depth.shape
+        side = min(height * min(1.0, WORKING_WIDTH / width), width)
+        if side >= MIN_IMAGE_SIDE:
+            return self._detector.detect(frame, trace=trace)
+        rejection = Rejection(rule="min_image_side", measured=side, limit=MIN_IMAGE_SIDE, unit="px")
+        return Detection(stamp_ns=frame.stamp_ns, observations=(), rejections=(rejection,))
+
+
+# Each method is imported when it is used.
+
+
+def _make_stairmap_detector(config: Config) -> Detector:
+    from stairmap.detection.detector import StairEdgeDetector  # noqa: PLC0415
+
+    return StairEdgeDetector(config)
+
+
+def _make_stairmap_modeler(config: Config) -> Modeler:
+    from stairmap.modeling.mapper import StairwayMapper  # noqa: PLC0415
+
+    return StairwayMapper(config)
+
+
+def _make_delmerico2013_detector(config: Config) -> Detector:
+    from stairmap.delmerico2013.detector import Delmerico2013Detector  # noqa: PLC0415
+
+    return Delmerico2013Detector(config)
+
+
+def _make_delmerico2013_modeler(config: Config) -> Modeler:
+    from stairmap.delmerico2013.modeler import Delmerico2013Modeler  # noqa: PLC0415
+
+    return Delmerico2013Modeler(config)
+
+
 METHODS: dict[str, tuple[Callable[[Config], Detector], Callable[[Config], Modeler]]] = {
-    "stairmap": (StairEdgeDetector, StairwayMapper),
-    "delmerico2013": (Delmerico2013Detector, Delmerico2013Modeler),
+    DEFAULT_METHOD: (_make_stairmap_detector, _make_stairmap_modeler),
+    "delmerico2013": (_make_delmerico2013_detector, _make_delmerico2013_modeler),
 }
-"""Detector and modeler of each method, by the name that ``--method`` takes."""
+"""What makes the detector and the modeler of each method, by the name that ``--method`` takes."""
 
 
-class StairwayPipeline:
-    """Runs one method over a stream of frames.
+def make_detector(config: Config | None = None, *, method: str = DEFAULT_METHOD) -> Detector:
+    """Return the detector of a method.
 
     Parameters
     ----------
     config
-        Configuration of all stages.
+        Configuration of all stages; the default one if not given.
     method
         A key of ``METHODS``.
 
@@ -63,57 +132,68 @@ class StairwayPipeline:
     ConfigError
         If there is no such method.
     """
+    make, _ = _find_method(method)
+    return SizeCheckedDetector(make(Config() if config is None else config))
 
-    def __init__(self, config: Config | None = None, *, method: str = "stairmap") -> None:
-        if method not in METHODS:
-            raise ConfigError(f"unknown method {method!r}; choose one of: {', '.join(sorted(METHODS))}")
-        config = Config() if config is None else config
-        make_detector, make_modeler = METHODS[method]
-        self.detector = make_detector(config)
-        self.modeler = make_modeler(config)
-        self._stamps_ns: list[int] = []
-        self._poses: list[Transform] = []
 
-    def process(self, frame: DepthFrame, map_from_camera: Transform, *, trace: bool = False) -> Detection:
-        """Look at one frame taken at a known pose and model what it shows.
+def make_modeler(config: Config | None = None, *, method: str = DEFAULT_METHOD) -> Modeler:
+    """Return the modeler of a method; see ``make_detector``."""
+    _, make = _find_method(method)
+    return make(Config() if config is None else config)
 
-        Parameters
-        ----------
-        frame
-            Depth image; its ``up`` is taken from the pose when it has none.
-        map_from_camera
-            (4, 4) pose of the camera's optical coordinate frame in a map with z up.
-        trace
-            Whether the detection also carries what pictures need.
-        """
-        if frame.up is None:
-            up = np.array(map_from_camera[2, :3])
-            frame = DepthFrame(stamp_ns=frame.stamp_ns, depth=frame.depth, camera=frame.camera, up=up, up_std=POSE_UP_STD)
-        detection = self.detector.detect(frame, trace=trace)
-        self._stamps_ns.append(frame.stamp_ns)
-        self._poses.append(map_from_camera)
-        for observation in detection.observations:
-            self.modeler.add(observation)
-        return detection
 
-    def trajectory(self) -> Trajectory:
-        """Return the poses that were given so far.
+def _find_method(method: str) -> tuple[Callable[[Config], Detector], Callable[[Config], Modeler]]:
+    if method not in METHODS:
+        raise ConfigError(f"unknown method {method!r}; choose one of: {', '.join(sorted(METHODS))}")
+    return METHODS[method]
 
-        Raises
-        ------
-        TrajectoryError
-            If no frame was processed yet, or the stamps did not increase.
-        """
-        return Trajectory(stamps_ns=np.array(self._stamps_ns), map_from_camera=np.array(self._poses))
 
-    def stairways(self, trajectory: Trajectory | None = None) -> tuple[Stairway, ...]:
-        """Return the stairways found so far.
+def detect(
+    depth: ArrayLike,
+    camera: PinholeCamera,
+    up: ArrayLike | None = None,
+    *,
+    config: Config | None = None,
+    method: str = DEFAULT_METHOD,
+) -> Detection:
+    """Look for stairs in one depth image.
 
-        Parameters
-        ----------
-        trajectory
-            Corrected poses, as after a loop closure; without it, those given to ``process``.
-        """
-        if not self._stamps_ns:
-            return ()
-        return self.modeler.stairways(self.trajectory() if trajectory is None else trajectory)
+    Whoever looks at many images makes a detector once, with ``make_detector``, or a ``MapSession``.
+
+    Parameters
+    ----------
+    depth
+        (height, width) metres along the optical axis; NaN, infinite, zero or less where nothing was measured.
+    camera
+        The camera that took it; its size is the image's.
+    up
+        (3,) direction opposite to gravity, camera frame (x right, y down, z forward), of any length; without
+        it, the floor in view tells.
+    config, method
+        See ``make_detector``.
+
+    Returns
+    -------
+    Detection
+        The stair edges, best stairway first; false if there are none, and then with the reasons.
+
+    Raises
+    ------
+    ValueError
+        If the image is not of the camera's size or holds whole numbers, which are no metres, or ``up`` has
+        another shape, no length or a value that is not finite.
+    ConfigError
+        If there is no such method.
+    """
+    image = np.asarray(depth)
+    if image.ndim != 2:
+        raise ValueError(f"expected one depth image of shape (height, width), got shape {image.shape}")
+    if image.dtype.kind != "f":
+        raise ValueError(
+            f"expected depth in metres as floating-point numbers, got {image.dtype}; divide by the depth "
+            "scale, 1000 for millimetres"
+        )
+    measured = np.where(np.isfinite(image) & (image > 0), image, np.nan)
+    direction = None if up is None else np.asarray(up, dtype=np.float64)
+    frame = DepthFrame(stamp_ns=0, depth=measured, camera=camera, up=direction)
+    return make_detector(config, method=method).detect(frame)

@@ -397,7 +397,7 @@ class Stairway:
         return np.concatenate(vertices), np.concatenate(triangles)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the stairway as it stands in ``stairways.json`` (ARCHITECTURE.md section 6)."""
+        """Return the stairway as it stands in ``stairways.json`` (docs/outputs.md)."""
         return {
             "id": self.id,
             "num_observations": self.num_observations,

@@ -8,13 +8,13 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask, Transform, readonly
 from stairmap.errors import TrajectoryError
-from stairmap.transforms import interpolate_poses
+from stairmap.transforms import find_pose_flaw, interpolate_poses
 
 SAME_STAMP_NS = 1_000
 """Stamps this close are the same one, printed by way of a float, nanoseconds."""
 
 MAX_GAP_NS = 100_000_000
-"""A pose is not interpolated across more than this many nanoseconds (ARCHITECTURE.md section 6)."""
+"""A pose is not interpolated across more than this many nanoseconds (docs/inputs.md)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +31,7 @@ class Trajectory:
     Raises
     ------
     TrajectoryError
-        If stamps do not increase or shapes disagree.
+        If stamps do not increase, shapes disagree, or a pose is no rigid transform.
     """
 
     stamps_ns: IntArray
@@ -50,6 +50,12 @@ class Trajectory:
             raise TrajectoryError(
                 f"expected stamps that increase, but pose {backward[0] + 2} has stamp "
                 f"{stamps[backward[0] + 1] * 1e-9:.6f} s after {stamps[backward[0]] * 1e-9:.6f} s"
+            )
+        flaw = find_pose_flaw(poses)
+        if flaw is not None:
+            raise TrajectoryError(
+                f"expected rigid transforms, but pose {flaw[0] + 1} of {len(poses)}, at "
+                f"{stamps[flaw[0]] * 1e-9:.6f} s, has {flaw[1]}"
             )
         object.__setattr__(self, "stamps_ns", stamps)
         object.__setattr__(self, "map_from_camera", poses)

@@ -12,7 +12,7 @@ import pytest
 
 from stairmap.camera import PinholeCamera
 from stairmap.errors import CalibrationError
-from stairmap.recordings.camera_file import CameraFile, dump_camera_file, load_camera_file
+from stairmap.recordings.camera_file import CameraFile, dump_camera_file, load_camera, load_camera_file
 
 GOOD = {"width": 640, "height": 480, "fx": 585, "fy": 585.5, "cx": 320, "cy": 240, "depth_scale": 1000.0}
 
@@ -158,3 +158,8 @@ def test_binary_garbage_is_refused(tmp_path: Path) -> None:
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
     with pytest.raises(CalibrationError, match=r"expected .*camera.json with the keys width, height"):
         load_camera_file(tmp_path / "camera.json")
+
+
+def test_the_camera_alone_is_that_of_the_file(tmp_path: Path) -> None:
+    path = _write(tmp_path, GOOD)
+    assert load_camera(path) == load_camera_file(path).camera

@@ -10,10 +10,12 @@ import pytest
 
 from ideal_observations import assert_is_flight, make_flight, observe, poses_before
 from stairmap.arrays import Float64Array, Transform
+from stairmap.camera import PinholeCamera
 from stairmap.config import Config
 from stairmap.detection.observation import Detection
 from stairmap.errors import StairmapError, TrajectoryError
 from stairmap.export.loading import load_stairways
+from stairmap.frame import DepthFrame
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import rotation_from_vector, transform_from_parts
 from stairmap_ros.map_file import MapFileError, check_map_file, load_map, save_map
@@ -23,6 +25,7 @@ from stairmap_ros.stairway_map import StairwayMap
 FLIGHT = make_flight()
 POSES = poses_before(FLIGHT, 12)
 PERIOD_NS = 33_000_000
+CAMERA = PinholeCamera(width=8, height=8, fx=8.0, fy=8.0, cx=3.5, cy=3.5)
 
 
 def new_map(*, views_per_place: int = 10) -> StairwayMap:
@@ -33,7 +36,12 @@ def show(stairway_map: StairwayMap, map_from_camera: Transform, stamp_ns: int) -
     """Add what an ideal detector sees of the flight from a pose."""
     observation = observe(FLIGHT, map_from_camera, stairway_map.viewpoints.next_index_stamp_ns)
     detection = Detection(stamp_ns=observation.stamp_ns, observations=(observation,), rejections=())
-    stairway_map.add(detection, stamp_ns, map_from_camera)
+    stairway_map.add(blank_frame(stairway_map), detection, stamp_ns, map_from_camera)
+
+
+def blank_frame(stairway_map: StairwayMap) -> DepthFrame:
+    """The next image of the map, with nothing measured in it."""
+    return stairway_map.frame(np.full((8, 8), np.nan, dtype=np.float32), CAMERA)
 
 
 def shown_map(poses: Float64Array = POSES, first_ns: int = 0) -> StairwayMap:
@@ -69,7 +77,8 @@ def test_a_robot_that_waits_does_not_fill_the_memory() -> None:
 
 def test_images_without_stair_edges_do_not_enter_the_map() -> None:
     stairway_map = new_map()
-    stairway_map.add(Detection(stamp_ns=0, observations=(), rejections=()), 0, POSES[0])
+    nothing = Detection(stamp_ns=0, observations=(), rejections=())
+    stairway_map.add(blank_frame(stairway_map), nothing, 0, POSES[0])
     assert len(stairway_map.viewpoints) == 0
     assert stairway_map.stairways() == ()
 
@@ -124,6 +133,15 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
         load_map(tmp_path / "map.npz", new_map(), map_frame="map")
 
 
+def test_a_file_with_a_pose_that_is_none_is_refused(tmp_path: Path) -> None:
+    save_map(tmp_path / "map.npz", shown_map().snapshot(), map_frame="map")
+    arrays = dict(np.load(tmp_path / "map.npz"))
+    arrays["map_from_camera"][3] = np.inf
+    np.savez(tmp_path / "map.npz", **arrays)
+    with pytest.raises(MapFileError, match=r"pose 4 of 12.*not finite.*move it away to start anew"):
+        load_map(tmp_path / "map.npz", new_map(), map_frame="map")
+
+
 def test_a_path_with_a_pose_that_is_none_is_refused() -> None:
     pose = SimpleNamespace(
         position=SimpleNamespace(x=float("nan"), y=0.0, z=0.0),
@@ -158,12 +176,14 @@ def test_a_corrected_path_moves_what_was_seen_on_it() -> None:
         observation_pose = POSES[index]
         observation = observe(FLIGHT, observation_pose, stairway_map.viewpoints.next_index_stamp_ns)
         detection = Detection(stamp_ns=observation.stamp_ns, observations=(observation,), rejections=())
-        stairway_map.add(detection, index * PERIOD_NS, pose)
+        stairway_map.add(blank_frame(stairway_map), detection, index * PERIOD_NS, pose)
         corrections.add(index * PERIOD_NS, pose)
     path = Trajectory(stamps_ns=np.arange(len(POSES)) * PERIOD_NS, map_from_camera=np.array(POSES))
     for _ in range(2):
-        stairway_map.correct(*corrections.corrected(path, stairway_map.viewpoints))
-        np.testing.assert_allclose(stairway_map.viewpoints.poses, POSES, atol=2e-3)
+        stairway_map.correct(
+            *corrections.corrected(path, stairway_map.viewpoints.stamps_ns, stairway_map.poses)
+        )
+        np.testing.assert_allclose(stairway_map.poses, POSES, atol=2e-3)
     (stairway,) = stairway_map.stairways()
     np.testing.assert_allclose(stairway.flights[0].base, FLIGHT.base, atol=5e-3)
 
@@ -180,9 +200,9 @@ def test_viewpoints_of_an_earlier_session_stay_where_they_are() -> None:
         show(stairway_map, pose, index * PERIOD_NS)
         corrections.add(index * PERIOD_NS, pose)
     path = Trajectory(stamps_ns=np.arange(12) * PERIOD_NS, map_from_camera=lifted @ np.array(POSES))
-    stairway_map.correct(*corrections.corrected(path, stairway_map.viewpoints))
-    np.testing.assert_allclose(stairway_map.viewpoints.poses[:12], POSES)
-    np.testing.assert_allclose(stairway_map.viewpoints.poses[12:], lifted @ np.array(POSES), atol=1e-9)
+    stairway_map.correct(*corrections.corrected(path, stairway_map.viewpoints.stamps_ns, stairway_map.poses))
+    np.testing.assert_allclose(stairway_map.poses[:12], POSES)
+    np.testing.assert_allclose(stairway_map.poses[12:], lifted @ np.array(POSES), atol=1e-9)
 
 
 def test_a_path_of_another_time_is_refused() -> None:
@@ -192,4 +212,4 @@ def test_a_path_of_another_time_is_refused() -> None:
         corrections.add(index * PERIOD_NS, pose)
     path = Trajectory(stamps_ns=np.array([10**15, 10**15 + 1]), map_from_camera=np.array(POSES[:2]))
     with pytest.raises(TrajectoryError, match="no stamp of the path lies in the time"):
-        corrections.corrected(path, stairway_map.viewpoints)
+        corrections.corrected(path, stairway_map.viewpoints.stamps_ns, stairway_map.poses)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from stairmap.errors import RecordingError
+from stairmap.evaluation.data_folder import DATA_FOLDER
 from stairmap.simulation.meshes import load_building_scenes, load_ply
 from stairmap.simulation.render import RayCaster
 from stairmap.simulation.robots import ROBOTS
@@ -19,7 +20,7 @@ from stairmap.simulation.sensors import make_sensor
 from stairmap.simulation.simulate import Simulation
 from stairmap.simulation.visibility import measure_visibility
 
-BUILDINGS = Path(__file__).parents[3] / "shared" / "data" / "buildings"
+BUILDINGS = Path(__file__).resolve().parents[2] / DATA_FOLDER / "buildings"
 PLANAR = {"acad2010": 3, "duplex_a": 2, "gz_nist_stairs_120": 1, "hospital": 6, "institute_var2": 12,
           "office_a": 4, "testmodel_ifc4add2": 1}  # fmt: skip
 """Flights with free floor or landing before them that must be found."""

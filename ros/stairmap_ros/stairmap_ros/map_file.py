@@ -14,12 +14,14 @@ from pathlib import Path
 import numpy as np
 
 import stairmap
-from stairmap.errors import StairmapError
+from stairmap.errors import StairmapError, TrajectoryError
 from stairmap.export.results import SCHEMA as STAIRWAYS_SCHEMA
 from stairmap.export.results import null_for_nan
 from stairmap.modeling.mapper import MapperState
+from stairmap.session import MapSessionState
 from stairmap.stairway import Stairway
 from stairmap_ros.stairway_map import MapSnapshot, StairwayMap
+from stairmap_ros.viewpoints import index_stamps_ns
 
 SCHEMA = 1
 
@@ -68,17 +70,21 @@ def load_map(path: Path, stairway_map: StairwayMap, *, map_frame: str) -> int:
                     f"map_file {path} was made in the coordinate frame '{saved_frame}', map_frame is now "
                     f"'{map_frame}'; name another map_file"
                 )
-            state = MapperState(
+            modeler = MapperState(
                 observations=arrays["observations"],
                 edges=arrays["edges"],
                 ids=arrays["ids"],
                 next_id=int(arrays["next_id"]),
             )
-            snapshot = MapSnapshot(
-                state=state, stamps_ns=arrays["stamps_ns"], map_from_camera=arrays["map_from_camera"]
+            poses = arrays["map_from_camera"]
+            state = MapSessionState(
+                modeler=modeler, stamps_ns=index_stamps_ns(len(poses)), map_from_camera=poses
             )
+            snapshot = MapSnapshot(state=state, stamps_ns=arrays["stamps_ns"])
         stairway_map.restore(snapshot)
-    except (OSError, EOFError, KeyError, ValueError, TypeError, RuntimeError, zipfile.BadZipFile) as error:
+    except (
+        OSError, EOFError, KeyError, ValueError, TypeError, RuntimeError, zipfile.BadZipFile, TrajectoryError
+    ) as error:  # fmt: skip
         raise MapFileError(
             f"cannot go on from map_file {path}: {error}; move it away to start anew"
         ) from error
@@ -93,7 +99,7 @@ def save_map(path: Path, snapshot: MapSnapshot, *, map_frame: str) -> None:
     MapFileError
         If it cannot be written.
     """
-    state = snapshot.state
+    state = snapshot.state.modeler
     try:
         new = path.with_suffix(".npz.new")
         with new.open("wb") as file:
@@ -106,7 +112,7 @@ def save_map(path: Path, snapshot: MapSnapshot, *, map_frame: str) -> None:
                 ids=state.ids,
                 next_id=state.next_id,
                 stamps_ns=snapshot.stamps_ns,
-                map_from_camera=snapshot.map_from_camera,
+                map_from_camera=snapshot.state.map_from_camera,
             )
             os.fsync(file.fileno())
         new.replace(path)

@@ -161,7 +161,7 @@ class StairmapNode(Node):
         with self._map_lock:
             try:
                 first, poses = self._corrections.corrected(
-                    trajectory_from_path(message), self._map.viewpoints
+                    trajectory_from_path(message), self._map.viewpoints.stamps_ns, self._map.poses
                 )
             except StairmapError as error:
                 self.get_logger().warning(f"corrected_path: {error}", throttle_duration_sec=60.0)
@@ -199,9 +199,10 @@ class StairmapNode(Node):
         message, stamp_ns = placed.frame.message, placed.frame.stamp_ns
         depth = depth_from_message(message)
         camera = camera_from_info(self._info, (depth.shape[1], depth.shape[0]))
-        detection = self._map.detect(depth, camera, placed.map_from_camera)
+        frame = self._map.frame(depth, camera)
+        detection = self._map.detect(frame, placed.map_from_camera)
         with self._map_lock:
-            self._map.add(detection, stamp_ns, placed.map_from_camera)
+            self._map.add(frame, detection, stamp_ns, placed.map_from_camera)
             self._note_body_pose(placed)
             self._last_stamp_ns = stamp_ns
             self._results.publish(self._map.stairways(), stamp_ns)

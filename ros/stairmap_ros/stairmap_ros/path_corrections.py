@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, Transform
+from stairmap.arrays import Float64Array, IntArray, Transform
 from stairmap.errors import TrajectoryError
 from stairmap.recordings.bags.pose_message import transform_from_ros
 from stairmap.trajectory import Trajectory
-from stairmap.transforms import interpolate_poses, invert_transform
-from stairmap_ros.viewpoints import Viewpoints
+from stairmap.transforms import interpolate_poses, invert_transforms, spread_corrections
 
 MIN_DISTANCE = 0.05
 """The robot's pose is noted again when it has moved this far, m, or turned by ``MIN_ANGLE``."""
@@ -49,42 +48,41 @@ class PathCorrections:
         self._stamps_ns.append(stamp_ns)
         self._map_from_body.append(np.array(map_from_body))
 
-    def corrected(self, path: Trajectory, viewpoints: Viewpoints) -> tuple[int, Float64Array]:
+    def corrected(
+        self, path: Trajectory, stamps_ns: IntArray, poses: Float64Array
+    ) -> tuple[int, Float64Array]:
         """Return the number of the first viewpoint to correct, and (M, 4, 4) poses from there on.
 
         Parameters
         ----------
         path
             ``map_from_body`` as SLAM gives it now.
-        viewpoints
-            Images in the map; each is corrected from the pose that TF gave it, whatever was done since.
+        stamps_ns, poses
+            (N,) stamps of the images in the map, in nanoseconds, and (N, 4, 4) their poses; each is corrected
+            from the pose that TF gave it, whatever was done since.
 
         Raises
         ------
         TrajectoryError
             If the path has no stamp of the time that was noted.
         """
-        self._keep_recorded(viewpoints)
+        self._keep_recorded(poses)
         noted_ns = np.array(self._stamps_ns, dtype=np.int64)
         known = np.zeros(len(path), dtype=bool)
         if len(noted_ns) > 1:
             known = (path.stamps_ns >= noted_ns[0]) & (path.stamps_ns <= noted_ns[-1])
         if not known.any():
             raise TrajectoryError("no stamp of the path lies in the time since this node started")
-        stamps_ns = path.stamps_ns[known]
-        noted = interpolate_poses(noted_ns, np.array(self._map_from_body), stamps_ns)
-        corrections = np.array(
-            [new @ invert_transform(old) for new, old in zip(path.map_from_camera[known], noted, strict=True)]
-        )
-        wanted_ns = np.clip(viewpoints.stamps_ns[self._first :], stamps_ns[0], stamps_ns[-1])
-        if len(stamps_ns) > 1:
-            corrections = interpolate_poses(stamps_ns, corrections, wanted_ns)
-        return self._first, np.asarray(corrections @ self._recorded)
+        path_ns = path.stamps_ns[known]
+        noted = interpolate_poses(noted_ns, np.array(self._map_from_body), path_ns)
+        corrections = path.map_from_camera[known] @ invert_transforms(noted)
+        moved = spread_corrections(path_ns, corrections, stamps_ns[self._first :])
+        return self._first, np.asarray(moved @ self._recorded)
 
-    def _keep_recorded(self, viewpoints: Viewpoints) -> None:
+    def _keep_recorded(self, poses: Float64Array) -> None:
         """Copy the poses of viewpoints that are new since the last correction: these are still TF's."""
         num_kept = len(self._recorded)
-        new = viewpoints.poses[self._first + num_kept :]
+        new = poses[self._first + num_kept :]
         self._recorded = np.concatenate([self._recorded, new])
 
 

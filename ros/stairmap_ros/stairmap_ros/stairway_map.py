@@ -13,9 +13,9 @@ from stairmap.config import Config
 from stairmap.detection.observation import Detection
 from stairmap.errors import StairmapError
 from stairmap.frame import DepthFrame
-from stairmap.modeling.mapper import MapperState, StairwayMapper
-from stairmap.pipeline import StairwayPipeline
+from stairmap.session import MapSession, MapSessionState
 from stairmap.stairway import Stairway
+from stairmap.trajectory import Trajectory
 from stairmap_ros.viewpoints import Viewpoints
 
 MAX_QUERY_SHARE = 0.25
@@ -29,21 +29,20 @@ class MapSnapshot:
     Attributes
     ----------
     state
-        What the modeler knows, by index stamps.
-    stamps_ns, map_from_camera
-        (N,) real stamps and (N, 4, 4) poses of the images in it.
+        What the session knows, by index stamps.
+    stamps_ns
+        (N,) real stamps of the images in it, in nanoseconds.
     stairways
         The stairways of the last query.
     """
 
-    state: MapperState
+    state: MapSessionState
     stamps_ns: IntArray
-    map_from_camera: Float64Array
     stairways: tuple[Stairway, ...] = ()
 
 
 class StairwayMap:
-    """Runs the pipeline's stages and holds what they have found.
+    """Holds a session, and lets into it what is of use.
 
     Every image is looked at; one enters the map when it shows stair edges from a place that was not looked
     from often enough yet. So the map grows with the building and not with the time.
@@ -59,36 +58,40 @@ class StairwayMap:
     """
 
     def __init__(self, config: Config, *, method: str, views_per_place: int) -> None:
-        self._pipeline = StairwayPipeline(config, method=method)
+        self._session = MapSession(config, method=method)
         self.viewpoints = Viewpoints(per_place=views_per_place)
         self._stairways: tuple[Stairway, ...] = ()
         self._is_stale = False
         self._next_query = 0.0
         self.version = 0
 
-    def detect(self, depth: DepthImage, camera: PinholeCamera, map_from_camera: Transform) -> Detection:
-        """Look at one image, (height, width) float32 m, taken at a (4, 4) pose; the map stays as it is."""
-        frame = DepthFrame(
-            stamp_ns=self.viewpoints.next_index_stamp_ns,
-            depth=depth,
-            camera=camera,
-            up=np.array(map_from_camera[2, :3]),
-        )
-        return self._pipeline.detector.detect(frame)
+    @property
+    def poses(self) -> Float64Array:
+        """(N, 4, 4) ``map_from_camera`` of the images in the map, as they were taken or corrected since."""
+        if not self._session.num_frames:
+            return np.zeros((0, 4, 4))
+        return self._session.trajectory().map_from_camera
 
-    def add(self, detection: Detection, stamp_ns: int, map_from_camera: Transform) -> None:
+    def frame(self, depth: DepthImage, camera: PinholeCamera) -> DepthFrame:
+        """Return an image, (height, width) float32 m, as the next one of the map."""
+        return DepthFrame(stamp_ns=self.viewpoints.next_index_stamp_ns, depth=depth, camera=camera)
+
+    def detect(self, frame: DepthFrame, map_from_camera: Transform) -> Detection:
+        """Look at one image taken at a (4, 4) pose; the map stays as it is."""
+        return self._session.detect(frame, map_from_camera)
+
+    def add(self, frame: DepthFrame, detection: Detection, stamp_ns: int, map_from_camera: Transform) -> None:
         """Let what ``detect`` has just found enter the map, if it is of use."""
         if detection and self.viewpoints.is_wanted(map_from_camera):
+            self._session.take(frame, detection, map_from_camera)
             self.viewpoints.add(stamp_ns, map_from_camera)
-            for observation in detection.observations:
-                self._pipeline.modeler.add(observation)
             self._mark_changed()
 
     def stairways(self) -> tuple[Stairway, ...]:
         """Return the stairways with real stamps; asked anew after a change, in a bounded share of time."""
         started = time.monotonic()
         if self._is_stale and started >= self._next_query:
-            found = self._pipeline.modeler.stairways(self.viewpoints.trajectory())
+            found = self._session.stairways()
             self._stairways = tuple(self._with_real_stamps(stairway) for stairway in found)
             self._is_stale = False
             ended = time.monotonic()
@@ -97,7 +100,9 @@ class StairwayMap:
 
     def correct(self, first: int, poses: Float64Array) -> None:
         """Take corrected (M, 4, 4) poses of the viewpoints from ``first`` on, as after a loop closure."""
-        self.viewpoints.correct(first, poses)
+        all_poses = np.concatenate([self.poses[:first], poses, self.poses[first + len(poses) :]])
+        stamps_ns = self._session.trajectory().stamps_ns
+        self._session.correct(Trajectory(stamps_ns=stamps_ns, map_from_camera=all_poses))
         self._next_query = 0.0
         self._mark_changed()
 
@@ -110,9 +115,8 @@ class StairwayMap:
             If the method cannot be kept.
         """
         return MapSnapshot(
-            state=self._mapper().state(),
+            state=self._restorable_session().state(),
             stamps_ns=self.viewpoints.stamps_ns.copy(),
-            map_from_camera=self.viewpoints.poses.copy(),
             stairways=self._stairways,
         )
 
@@ -126,10 +130,13 @@ class StairwayMap:
         StairmapError
             If the method cannot go on from it.
         """
-        if len(snapshot.state.observations) < len(snapshot.stamps_ns):
+        poses = snapshot.state.map_from_camera
+        if len(snapshot.state.modeler.observations) < len(poses):
             raise ValueError("it has more images than observations")
-        self._mapper().restore(snapshot.state)
-        for stamp_ns, pose in zip(snapshot.stamps_ns, snapshot.map_from_camera, strict=True):
+        if len(snapshot.stamps_ns) != len(poses):
+            raise ValueError(f"{len(snapshot.stamps_ns)} images have {len(poses)} poses")
+        self._restorable_session().restore(snapshot.state)
+        for stamp_ns, pose in zip(snapshot.stamps_ns, poses, strict=True):
             self.viewpoints.add(int(stamp_ns), pose)
         self._mark_changed()
 
@@ -137,10 +144,10 @@ class StairwayMap:
         self._is_stale = True
         self.version += 1
 
-    def _mapper(self) -> StairwayMapper:
-        if not isinstance(self._pipeline.modeler, StairwayMapper):
+    def _restorable_session(self) -> MapSession:
+        if not self._session.is_restorable:
             raise StairmapError("map_file needs method: stairmap; the other method keeps no observations")
-        return self._pipeline.modeler
+        return self._session
 
     def _with_real_stamps(self, stairway: Stairway) -> Stairway:
         return replace(

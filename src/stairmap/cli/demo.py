@@ -13,10 +13,12 @@ import typer
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
-from stairmap.cli.run_loop import RunLoop
 from stairmap.config import Config
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
-from stairmap.pipeline import METHODS
+from stairmap.export.summary import counted
+from stairmap.map_levelling import find_level_map
+from stairmap.pipeline import DEFAULT_METHOD, METHODS
+from stairmap.recording_run import RecordingRun
 from stairmap.recordings.base import Recording
 from stairmap.recordings.open import open_recording
 from stairmap.simulation.flight_scenes import TABLE_1
@@ -48,8 +50,6 @@ PUBLISHED_TRUTH: Mapping[str, float] = {
     "pitch": float(np.radians(29.5)),
 }
 """What the report measured by hand there. Simulated steps differ from it, and among themselves, by 3 mm."""
-
-DEFAULT_METHOD = "stairmap"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,16 +116,18 @@ def _run_method(
     method: str, recording: Recording, truth: Flight, folder: RunFolder | None, interrupt: Interrupt
 ) -> Estimate:
     typer.echo(f"running {method}", err=True)
-    loop = RunLoop(recording, recording.check_poses(), config=Config(), method=method)
-    loop.process_frames(folder, interrupt)
-    outcome = loop.outcome()
-    if folder is not None:
-        loop.write_results(folder, outcome, recording.problems.to_lines())
-        missing = loop.write_report(
+    run = RecordingRun(recording, find_level_map(recording), config=Config(), method=method)
+    with FrameProgress(recording.num_frames) as progress:
+        run.process_frames(
             folder,
-            outcome,
-            recording.problems.to_lines(),
-            find_references=lambda stairways: _find_references(stairways, truth),
+            should_stop=lambda: bool(interrupt),
+            on_frame=lambda num_stairways: progress.advance(counted(num_stairways, "stairway")),
+        )
+    outcome = run.outcome()
+    if folder is not None:
+        run.write_results(folder, outcome)
+        missing = run.write_report(
+            folder, outcome, find_references=lambda stairways: _find_references(stairways, truth)
         )
         if missing:
             typer.echo(missing, err=True)

@@ -10,17 +10,18 @@ import typer
 
 import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
-from stairmap.cli.numbered_frames import numbered_frames
 from stairmap.cli.opening import open_requested
 from stairmap.cli.plain_table import format_columns
-from stairmap.cli.progress import FrameProgress, counted
+from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import DetectRequest
 from stairmap.config import load_config
 from stairmap.detection.observation import Detection
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
-from stairmap.pipeline import Detector, StairwayPipeline
+from stairmap.export.summary import counted
+from stairmap.pipeline import Detector, make_detector
 from stairmap.recordings.base import Recording
+from stairmap.recordings.frame_iterators import numbered_frames
 from stairmap.visualization.collecting import ReportCollector, RuleStatistics
 from stairmap.visualization.overlay import draw_detection, png_from_image
 
@@ -39,7 +40,7 @@ def detect_recording(request: DetectRequest) -> int:
     given = request.input
     config = load_config(given.config_file, given.overrides)
     recording = open_requested(given)
-    loop = _DetectLoop(recording, StairwayPipeline(config, method=given.method).detector)
+    loop = _DetectLoop(recording, make_detector(config, method=given.method))
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
         folder.log(f"stairmap {stairmap.__version__} detect {given.recording} --method {given.method}")
         reference = RecordingReference.from_arguments(

@@ -7,8 +7,8 @@ from pathlib import Path
 import typer
 
 from stairmap.cli.requests import ExportRequest
-from stairmap.cli.run_results import Building, load_building
 from stairmap.errors import ConfigError, OutputError, StairmapError
+from stairmap.export.building import Building, load_building
 from stairmap.export.geojson import EarthAnchor, osm_from_stairways
 from stairmap.export.ifc import dump_ifc
 from stairmap.export.loading import ResultsError, load_stairways

@@ -15,19 +15,20 @@ from stairmap.cli.bag_listing import (
     format_bag_rows,
     format_topics,
 )
-from stairmap.cli.inspection import FrameStatistics, measure_frames
 from stairmap.cli.interrupts import noted_interrupts
-from stairmap.cli.numbered_frames import numbered_frames
 from stairmap.cli.opening import open_requested
+from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import InspectRequest
 from stairmap.config import load_config
 from stairmap.detection.observation import Detection
 from stairmap.errors import OutputError, RecordingError, StairmapError
 from stairmap.export.results import null_for_nan
 from stairmap.frame import DepthFrame
-from stairmap.pipeline import StairwayPipeline
+from stairmap.inspection import FrameStatistics, measure_frames
+from stairmap.pipeline import make_detector
 from stairmap.recordings.bags.recording import BagRecording
 from stairmap.recordings.base import Recording
+from stairmap.recordings.frame_iterators import numbered_frames
 from stairmap.visualization.overlay import describe_detection, draw_trace, png_from_image
 
 
@@ -45,7 +46,13 @@ def inspect_recording(request: InspectRequest) -> int:
         return 0
     max_depth = load_config(request.input.config_file, request.input.overrides).detection.max_depth
     with noted_interrupts() as interrupt:
-        statistics = measure_frames(recording, interrupt, max_depth=max_depth)
+        with FrameProgress(recording.num_frames) as progress:
+            statistics = measure_frames(
+                recording,
+                max_depth=max_depth,
+                should_stop=lambda: bool(interrupt),
+                on_frame=progress.advance,
+            )
         values = _describe_recording(recording, statistics)
         if request.as_json:
             typer.echo(json.dumps(null_for_nan(values), indent=1, allow_nan=False))
@@ -145,7 +152,7 @@ def _inspect_frame(recording: Recording, request: InspectRequest, number: int) -
     given = request.input
     config = load_config(given.config_file, given.overrides)
     frame = _find_frame(recording, number)
-    detector = StairwayPipeline(config, method=given.method).detector
+    detector = make_detector(config, method=given.method)
     detection = detector.detect(frame, trace=True)
     if request.as_json:
         typer.echo(json.dumps(null_for_nan(detection.to_dict()), indent=1, allow_nan=False))

@@ -6,15 +6,15 @@ import typer
 
 import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
-from stairmap.cli.live_session import LiveMap, LiveSession
+from stairmap.cli.live_session import LiveSession
 from stairmap.cli.live_table import COLUMNS, LiveTable, observation_rows
 from stairmap.cli.plain_table import format_columns
-from stairmap.cli.progress import counted
 from stairmap.cli.requests import LiveRequest
 from stairmap.config import dump_config, load_config
 from stairmap.errors import MissingPackageError, RecordingError, TrajectoryError
 from stairmap.export.results import RunFolder, create_run_folder
-from stairmap.export.summary import format_summary, format_table
+from stairmap.export.summary import counted, format_summary, format_table
+from stairmap.odometry_session import OdometryMap
 from stairmap.recordings.image_folder_writer import ImageFolderWriter
 from stairmap.recordings.realsense import RealSenseCamera, open_realsense
 from stairmap.visualization.report import render_report, report_data
@@ -111,7 +111,7 @@ def _write_results(
 
 
 def _write_map(
-    session: LiveSession, live_map: LiveMap, folder: RunFolder, name: str, problems: list[str]
+    session: LiveSession, live_map: OdometryMap, folder: RunFolder, name: str, problems: list[str]
 ) -> list[str]:
     """Write the files of a map; return what could not be written, a sentence each."""
     folder.write_stairways(live_map.stairways, num_frames=session.collector.num_frames)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from stairmap.cli.progress import OpeningProgress
+from stairmap.cli.progress import FrameProgress, OpeningProgress
 from stairmap.cli.requests import MethodRequest
 from stairmap.recordings.base import Recording
+from stairmap.recordings.odometry import OdometryRecording, check_no_trajectory, open_without_poses
 from stairmap.recordings.open import open_recording
 
 
@@ -30,4 +31,20 @@ def open_requested(given: MethodRequest, *, up: str | None = None) -> Recording:
             up=given.up if up is None else up,
             bag=given.bag,
             watch=progress.update,
+        )
+
+
+def open_with_odometry(given: MethodRequest) -> OdometryRecording:
+    """Open a recording and find its poses from its depth, with a progress bar.
+
+    Raises
+    ------
+    StairmapError
+        If the recording cannot be opened, or depth gives no poses; also if a trajectory is given as well.
+    """
+    check_no_trajectory(given.trajectory is not None)
+    recording = open_without_poses(given.recording, bag=given.bag)
+    with FrameProgress(recording.num_frames) as progress:
+        return OdometryRecording(
+            recording, up=given.up, on_frame=lambda: progress.advance("finding poses from depth")
         )

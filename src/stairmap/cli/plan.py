@@ -12,8 +12,8 @@ import typer
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import PlanRequest
-from stairmap.cli.run_results import load_building
 from stairmap.errors import ConfigError, OutputError
+from stairmap.export.building import load_building
 from stairmap.export.nav2 import dump_json
 from stairmap.export.recording_reference import load_recording_reference
 from stairmap.export.results import null_for_nan

@@ -119,8 +119,3 @@ class OpeningProgress:
             self._task = self._progress.add_task("", total=total)
         description = f"reading {self._name} · message {count}/{total}"
         self._progress.update(self._task, completed=count, total=total, description=description)
-
-
-def counted(number: int, singular: str) -> str:
-    """Return ``1 frame``, ``2 frames``."""
-    return f"{number} {singular}{'' if number == 1 else 's'}"

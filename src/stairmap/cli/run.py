@@ -9,22 +9,22 @@ import typer
 
 import stairmap
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
-from stairmap.cli.level_map import LevelMap, find_level_map
-from stairmap.cli.odometry import config_with_drift, open_with_odometry
-from stairmap.cli.opening import open_requested
+from stairmap.cli.opening import open_requested, open_with_odometry
 from stairmap.cli.plain_table import format_columns
-from stairmap.cli.progress import counted
+from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import RunRequest
-from stairmap.cli.run_loop import RunLoop, RunOutcome
 from stairmap.cli.view import open_live_view
 from stairmap.config import Config, load_config
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
 from stairmap.export.results import TRAJECTORY_FILE, RunFolder, create_run_folder, null_for_nan
-from stairmap.export.summary import format_table
+from stairmap.export.summary import counted, format_table
 from stairmap.export.verdicts import VERDICT_COLUMNS, verdict_cells
+from stairmap.map_levelling import LevelMap, find_level_map
 from stairmap.navigation.robot_profile import load_robot
 from stairmap.navigation.traversability import Assessment, assess
-from stairmap.recordings.base import Recording, RecordingProblems
+from stairmap.recording_run import RecordingRun, RunOutcome
+from stairmap.recordings.base import Recording
+from stairmap.recordings.odometry import config_with_drift
 
 
 def run_recording(request: RunRequest) -> int:
@@ -40,7 +40,7 @@ def run_recording(request: RunRequest) -> int:
     robots = [load_robot(name) for name in request.robots]
     recording, up, config = _open(request, config)
     level_map = find_level_map(recording, up, max_depth=config.detection.max_depth)
-    loop = RunLoop(recording, level_map.trajectory, config=config, method=given.method)
+    run = RecordingRun(recording, level_map, config=config, method=given.method)
     view = open_live_view(recording.name, level_map.trajectory) if request.with_view else None
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
         folder.log(f"stairmap {stairmap.__version__} run {given.recording} --method {given.method}")
@@ -51,24 +51,29 @@ def run_recording(request: RunRequest) -> int:
             bag=given.bag,
         )
         folder.write_text(RECORDING_FILE, reference.to_json())
-        loop.process_frames(folder, interrupt, view=view)
+        with FrameProgress(recording.num_frames) as progress:
+            run.process_frames(
+                folder,
+                should_stop=lambda: bool(interrupt),
+                on_frame=lambda num_stairways: progress.advance(counted(num_stairways, "stairway")),
+                view=view,
+            )
         if interrupt:
             typer.echo("interrupted: writing what there is so far; once more to stop at once", err=True)
-        outcome = loop.outcome()
+        outcome = run.outcome()
         assessments = [assess(stairway, robot) for stairway in outcome.stairways for robot in robots]
-        problems = _describe_problems(recording.problems, level_map, interrupt, outcome)
-        loop.write_results(folder, outcome, problems)
+        run.write_results(folder, outcome)
         if view is not None:
-            loop.show_outcome(view, outcome)
-        notes = list(problems)
+            run.show_outcome(view, outcome)
+        notes = list(outcome.problems)
         if request.with_report:
-            missing = loop.write_report(folder, outcome, problems)
+            missing = run.write_report(folder, outcome)
             notes += [missing] if missing else []
         for line in notes:
             folder.log(line)
             typer.echo(line, err=True)
         if request.as_json:
-            typer.echo(_format_json(folder, outcome, level_map, problems, interrupt, assessments))
+            typer.echo(_format_json(folder, outcome, level_map, interrupt, assessments))
         else:
             typer.echo(_format_text(folder, outcome, assessments))
         return interrupt.exit_code
@@ -82,16 +87,6 @@ def _open(request: RunRequest, config: Config) -> tuple[Recording, str | None, C
         return recording, recording.up, config_with_drift(config, recording.odometry)
     opened = open_requested(given)
     return opened, given.up, config
-
-
-def _describe_problems(
-    problems: RecordingProblems, level_map: LevelMap, interrupt: Interrupt, outcome: RunOutcome
-) -> tuple[str, ...]:
-    lines = [] if level_map.note is None else [level_map.note]
-    lines += problems.to_lines()
-    if interrupt:
-        lines.append(f"the run was interrupted after {counted(outcome.num_frames, 'frame')}")
-    return tuple(lines)
 
 
 def _format_text(folder: RunFolder, outcome: RunOutcome, assessments: Sequence[Assessment]) -> str:
@@ -113,7 +108,6 @@ def _format_json(
     folder: RunFolder,
     outcome: RunOutcome,
     level_map: LevelMap,
-    problems: tuple[str, ...],
     interrupt: Interrupt,
     assessments: Sequence[Assessment],
 ) -> str:
@@ -127,6 +121,6 @@ def _format_json(
         "stairways": [stairway.to_dict() for stairway in outcome.stairways],
         "assessments": [assessment.to_dict() for assessment in assessments],
         "reasons": list(outcome.reasons),
-        "problems": list(problems),
+        "problems": list(outcome.problems),
     }
     return json.dumps(null_for_nan(values), indent=1, allow_nan=False)

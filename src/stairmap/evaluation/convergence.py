@@ -15,7 +15,7 @@ from stairmap.evaluation.frame_cache import recorded_frames, simulation_sum
 from stairmap.evaluation.matching import find_deviation
 from stairmap.evaluation.trials import TrialSpec
 from stairmap.evaluation.truth import find_truth
-from stairmap.pipeline import StairwayPipeline
+from stairmap.session import MapSession
 from stairmap.stairway import Flight, Stairway
 from stairmap.visualization.convergence import MEASURES, ConvergenceSample
 from stairmap.visualization.plots import make_figure
@@ -72,20 +72,18 @@ def record_convergence(
         return None
     followed = max(truth.flights, key=lambda true: (true.must_be_found, true.num_near_frames)).flight
     folder = None if cache is None else cache / simulation_sum() / spec.folder_name()
-    pipelines = {
-        method: StairwayPipeline(Config() if config is None else config, method=method) for method in methods
-    }
+    sessions = {method: MapSession(config, method=method) for method in methods}
     samples: dict[str, list[ConvergenceSample]] = {method: [] for method in methods}
     counts = dict.fromkeys(methods, 0)
     frames = recorded_frames(simulation, folder)
     for index, (frame, pose) in enumerate(zip(frames, simulation.odometry_poses, strict=True)):
         moved = move_flight(followed, truth.drifts[: index + 1])
-        for method, pipeline in pipelines.items():
-            num_observations = len(pipeline.process(frame, pose).observations)
+        for method, session in sessions.items():
+            num_observations = len(session.add(frame, pose).observations)
             if num_observations == 0:
                 continue
             counts[method] += num_observations
-            estimate = _find_estimate(pipeline.stairways(), moved)
+            estimate = _find_estimate(session.stairways(), moved)
             if estimate is not None:
                 measures = {name: float(getattr(estimate, name)) for name in MEASURES}
                 samples[method].append(ConvergenceSample(num_observations=counts[method], measures=measures))

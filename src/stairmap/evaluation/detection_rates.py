@@ -20,7 +20,7 @@ from stairmap.config import Config
 from stairmap.evaluation.drift import find_observed_flight
 from stairmap.evaluation.workers import make_worker_pool
 from stairmap.frame import DepthFrame
-from stairmap.pipeline import METHODS
+from stairmap.pipeline import make_detector
 from stairmap.simulation.flight_scenes import make_feature_scene
 from stairmap.simulation.render import RayCaster
 from stairmap.simulation.scene import Scene
@@ -152,7 +152,7 @@ def measure_panel(
     name, width = sensor_setting
     native = make_sensor(name).camera.width
     sensor = make_sensor(name, factor=(width or native) / native)
-    detectors = [METHODS[method][0](Config() if config is None else config) for method in methods]
+    detectors = [make_detector(config, method=method) for method in methods]
     place = [list(grid.sensors).index(sensor_setting), list(grid.heights).index(height)]
     hits = np.zeros((2, len(methods), len(grid.angles), len(grid.distances)))
     for is_look_alike, stages in enumerate(make_stages(grid.seed)):

@@ -16,10 +16,12 @@ import numpy as np
 
 from stairmap.config import Config
 from stairmap.errors import StairmapError
-from stairmap.map_levelling import find_map_levelling
-from stairmap.pipeline import METHODS, StairwayPipeline
-from stairmap.recordings.map_up import UP_AUTO, turned_trajectory
+from stairmap.map_levelling import find_level_map
+from stairmap.pipeline import make_detector
+from stairmap.recordings.frame_iterators import placed_frames
+from stairmap.recordings.map_up import UP_AUTO
 from stairmap.recordings.open import open_recording
+from stairmap.session import MapSession
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +130,7 @@ def run_real_suite(
 
 def _run_recording(folder: Path, real: RealRecording, method: str, config: Config) -> RealResult:
     recording = open_recording(folder / real.folder)
-    detector = METHODS[method][0](config)
+    detector = make_detector(config, method=method)
     seconds: list[float] = []
     estimate: dict[str, float] | None = None
     rejections: tuple[str, ...] = ()
@@ -168,11 +170,8 @@ def _count_stairways(folder: Path, method: str, config: Config) -> int | None:
     recording = open_recording(folder, up=UP_AUTO)
     if recording.trajectory is None:
         return None
-    max_depth = config.detection.max_depth
-    levelling = find_map_levelling(recording, recording.trajectory, max_depth=max_depth)
-    trajectory = turned_trajectory(levelling.map_from_recorded, recording.trajectory)
-    pipeline = StairwayPipeline(config, method=method)
-    for frame in recording:
-        if trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
-            pipeline.process(frame, trajectory.pose_at(frame.stamp_ns))
-    return len(pipeline.stairways())
+    level_map = find_level_map(recording, UP_AUTO, max_depth=config.detection.max_depth)
+    session = MapSession(config, method=method)
+    for frame, map_from_camera in placed_frames(recording, level_map.trajectory):
+        session.add(frame, map_from_camera)
+    return len(session.stairways())

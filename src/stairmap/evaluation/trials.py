@@ -17,7 +17,7 @@ from stairmap.evaluation.frame_cache import recorded_frames, simulation_sum
 from stairmap.evaluation.judging import FlightResult, TrialJudgement, judge_stairways
 from stairmap.evaluation.truth import DriveTruth, find_truth
 from stairmap.frame import DepthFrame
-from stairmap.pipeline import StairwayPipeline
+from stairmap.session import MapSession
 from stairmap.simulation.robots import ROBOTS
 from stairmap.simulation.scenes import make_scene
 from stairmap.simulation.sensors import make_sensor
@@ -93,9 +93,9 @@ class TrialResult:
     num_false_frames
         Frames with an observation of something that is no stairway.
     frame_ms, mean_frame_ms
-        Median and mean processor time of ``StairwayPipeline.process``, ms.
+        Median and mean processor time of ``MapSession.add``, ms.
     query_ms
-        Processor time of ``StairwayPipeline.stairways`` after the last frame, ms. The report's
+        Processor time of ``MapSession.stairways`` after the last frame, ms. The report's
         method does all of its fitting there.
     flights
         The true flights.
@@ -127,13 +127,13 @@ class MethodRun:
     Parameters
     ----------
     method, config
-        See ``StairwayPipeline``.
+        See ``MapSession``.
     truth
         What was to be found.
     """
 
     def __init__(self, method: str, config: Config, truth: DriveTruth) -> None:
-        self.pipeline = StairwayPipeline(config, method=method)
+        self.session = MapSession(config, method=method)
         self._method, self._truth = method, truth
         self._true_flights = tuple(true.flight for true in truth.flights)
         self._observed: list[list[int | None]] = []
@@ -147,7 +147,7 @@ class MethodRun:
     def process(self, frame: DepthFrame, believed_pose: Transform) -> None:
         """Let the method look at the next frame."""
         start = time.process_time()
-        detection = self.pipeline.process(frame, believed_pose)
+        detection = self.session.add(frame, believed_pose)
         self._seconds.append(time.process_time() - start)
         true_pose = self._truth.true_poses[len(self._observed)]
         self._observed.append(
@@ -160,7 +160,7 @@ class MethodRun:
     def result(self, spec: TrialSpec) -> TrialResult:
         """Return the judgement after the last frame."""
         start = time.process_time()
-        stairways = self.pipeline.stairways()
+        stairways = self.session.stairways()
         query_ms = (time.process_time() - start) * 1e3
         judgement: TrialJudgement = judge_stairways(stairways, self._truth, self._observed)
         return TrialResult(

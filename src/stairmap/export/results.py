@@ -1,4 +1,4 @@
-"""The run folder: every file that a run leaves behind (ARCHITECTURE.md section 6, docs/outputs.md).
+"""The run folder: every file that a run leaves behind (docs/outputs.md).
 
 Nothing is ever overwritten. ``detections.jsonl``, ``history.jsonl`` and ``log.txt`` grow line by
 line while the run goes on, so that an interrupted run loses nothing; every other file appears

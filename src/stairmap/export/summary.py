@@ -147,3 +147,8 @@ def with_std(value: float, std: float, *, digits: int = 0) -> str:
     # A deviation that rounds to zero would read as certainty, so it gets one decimal more.
     digits = digits if round(std, digits) > 0 or not np.isfinite(std) else digits + 1
     return f"{text} ± {std:.{digits}f}" if np.isfinite(std) else text
+
+
+def counted(number: int, singular: str) -> str:
+    """Return ``1 frame``, ``2 frames``."""
+    return f"{number} {singular}{'' if number == 1 else 's'}"

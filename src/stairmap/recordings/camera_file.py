@@ -57,6 +57,11 @@ class CameraFile:
                 raise CalibrationError(f"up: {error}") from error
 
 
+def load_camera(path: Path) -> PinholeCamera:
+    """Read the intrinsics of camera.json; see ``load_camera_file``, which gives the rest of it too."""
+    return load_camera_file(path).camera
+
+
 def load_camera_file(path: Path) -> CameraFile:
     """Read camera.json.
 

@@ -3,19 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 
 from stairmap.arrays import Transform, Vector
 from stairmap.camera import PinholeCamera
+from stairmap.config import Config
 from stairmap.errors import RecordingError
 from stairmap.frame import DepthFrame
+from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.base import Recording, RecordingProblems
 from stairmap.recordings.map_up import UP_AUTO, map_from_recorded_with_up, turned_trajectory
-from stairmap.recordings.odometry_pieces import PieceCollector
+from stairmap.recordings.odometry_pieces import OdometryResult, PieceCollector
+from stairmap.recordings.open import open_recording
 from stairmap.recordings.registration import DepthOdometry, TrackState
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import rotation_between, transform_from_parts
+
+
+def open_without_poses(path: Path, *, bag: BagOptions | None = None) -> Recording:
+    """Open a recording for ``OdometryRecording``: the poses that it may have tell nothing, up neither.
+
+    Raises
+    ------
+    RecordingError
+        See ``open_recording``.
+    """
+    recording = open_recording(path, bag=bag)
+    return recording if recording.trajectory is None else open_recording(path, up=UP_AUTO, bag=bag)
+
+
+def config_with_drift(config: Config, odometry: OdometryResult) -> Config:
+    """Return a configuration with the drift of poses from depth, where the user did not set one."""
+    measured = {
+        "pose_drift": round(odometry.drift, 4),
+        "pose_heading_drift_deg": round(odometry.heading_drift_deg, 3),
+    }
+    update = {key: value for key, value in measured.items() if key not in config.modeling.model_fields_set}
+    return config.model_copy(update={"modeling": config.modeling.model_copy(update=update)})
 
 
 class OdometryRecording:
@@ -26,7 +52,7 @@ class OdometryRecording:
     Parameters
     ----------
     recording
-        Opened without a trajectory and, if it has poses, with ``up`` as ``auto``: neither is used.
+        See ``open_without_poses``.
     up
         Which axis of the first camera's optical coordinate frame points up; ``None``: what the first frame
         says (``up`` of camera.json), and if that says nothing, ``auto``.

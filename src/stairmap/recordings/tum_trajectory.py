@@ -15,7 +15,7 @@ from stairmap.arrays import Float64Array, Transform
 from stairmap.errors import OutputError, TrajectoryError
 from stairmap.recordings.stamped_table import StampedRow, load_stamped_table, quoted, text_from_stamp_ns
 from stairmap.trajectory import Trajectory
-from stairmap.transforms import quat_from_rotation, rotation_from_quat
+from stairmap.transforms import MAX_COORDINATE, quat_from_rotation, rotation_from_quat
 
 TUM_COLUMNS = "stamp_s tx ty tz qx qy qz qw"
 """The columns of a line."""
@@ -25,9 +25,6 @@ TUM_HEADER = f"# {TUM_COLUMNS} (map_from_camera, optical frame, m)\n"
 
 QUAT_NORM_TOLERANCE = 1e-2
 """How far a quaternion's length may be from one: files with three decimals pass, other columns do not."""
-
-MAX_COORDINATE = 1e7
-"""Largest coordinate, m: UTM northings end there, and nothing on Earth is farther from its centre."""
 
 
 def load_tum_trajectory(path: Path) -> Trajectory:

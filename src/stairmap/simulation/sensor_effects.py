@@ -14,7 +14,7 @@ from stairmap.arrays import Float64Array, Mask
 from stairmap.simulation.render import Rendering
 
 EDGE_DROPOUT = 0.09
-"""Share of pixels missing on depth edges; 7-11 % were measured (FACTS section 4)."""
+"""Share of pixels missing on depth edges; 7-11 % were measured (docs/evaluation.md, sensors)."""
 
 _MAX_ANGLE = np.radians(85.0)
 """Angle of incidence at which noise formulas with a pole at 90 deg are held."""

@@ -10,6 +10,7 @@ import typer
 
 from stairmap.cli.evaluate_request import EvaluateRequest
 from stairmap.cli.options import METHOD, OUTPUT, ConfigOption, DebugOption, JsonOption, SetOption
+from stairmap.evaluation.data_folder import DATA_FOLDER
 
 _TRIALS = "Trials"
 
@@ -99,7 +100,7 @@ def evaluate(
         typer.Option(
             metavar="DIR", help="Folder with the folders buildings and real.", rich_help_panel=_TRIALS
         ),
-    ] = Path("../shared/data"),
+    ] = DATA_FOLDER,
     cache: Annotated[
         Path | None,
         typer.Option(

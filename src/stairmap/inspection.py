@@ -1,14 +1,13 @@
-"""What a recording holds, measured over all of its frames."""
+"""Measure what a recording holds, over all of its frames: how much depth there is, what tells up."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from stairmap.arrays import Float64Array, readonly
-from stairmap.cli.interrupts import Interrupt
-from stairmap.cli.progress import FrameProgress
 from stairmap.errors import TrajectoryError
 from stairmap.frame import DepthFrame
 from stairmap.map_levelling import NUM_FRAMES_ASKED, estimate_map_up, levelling_from_ups
@@ -57,10 +56,25 @@ class FrameStatistics:
         object.__setattr__(self, "depth_quartiles", readonly(self.depth_quartiles))
 
 
-def measure_frames(recording: Recording, interrupt: Interrupt, *, max_depth: float) -> FrameStatistics:
-    """Read all frames, or those until an interrupt; memory does not grow with their number.
+def measure_frames(
+    recording: Recording,
+    *,
+    max_depth: float,
+    should_stop: Callable[[], bool] = lambda: False,
+    on_frame: Callable[[], None] = lambda: None,
+) -> FrameStatistics:
+    """Read all frames of a recording; memory does not grow with their number.
 
-    The floor is looked for up to ``max_depth``, m.
+    Parameters
+    ----------
+    recording
+        Where frames come from.
+    max_depth
+        Farthest depth at which the floor is looked for, m.
+    should_stop
+        Asked before each frame; the rest is left out when it says so.
+    on_frame
+        Called after each frame.
     """
     counts = np.zeros(int(_MAX_DEPTH / _BIN) + 1, dtype=np.int64)
     num_read = num_all_invalid = num_valid = num_pixels = 0
@@ -69,30 +83,29 @@ def measure_frames(recording: Recording, interrupt: Interrupt, *, max_depth: flo
     stride = max(1, recording.num_frames // NUM_FRAMES_ASKED)
     map_ups: list[Float64Array] = []
     num_asked = 0
-    with FrameProgress(recording.num_frames) as progress:
-        for index, frame in enumerate(recording):
-            if interrupt:
-                break
-            sample = frame.depth[::_PIXEL_STRIDE, ::_PIXEL_STRIDE]
-            bins = np.minimum(sample[np.isfinite(sample)], _MAX_DEPTH) / _BIN
-            counts += np.bincount(bins.astype(np.int64), minlength=len(counts))
-            num_frame_valid = int(np.count_nonzero(np.isfinite(frame.depth)))
-            num_read += 1
-            num_all_invalid += num_frame_valid == 0
-            num_valid += num_frame_valid
-            num_pixels += frame.depth.size
-            has_pose = trajectory is not None and trajectory.has_pose(np.array([frame.stamp_ns]))[0]
-            ups["unknown" if frame.up is None else "pose" if has_pose else "camera"] += 1
-            if (
-                trajectory is not None
-                and has_pose
-                and index % stride == 0
-                and _is_up_from_pose(frame, trajectory)
-            ):
-                num_asked += 1
-                map_up = estimate_map_up(frame, trajectory, max_depth=max_depth)
-                map_ups += [] if map_up is None else [map_up]
-            progress.advance()
+    for index, frame in enumerate(recording):
+        if should_stop():
+            break
+        sample = frame.depth[::_PIXEL_STRIDE, ::_PIXEL_STRIDE]
+        bins = np.minimum(sample[np.isfinite(sample)], _MAX_DEPTH) / _BIN
+        counts += np.bincount(bins.astype(np.int64), minlength=len(counts))
+        num_frame_valid = int(np.count_nonzero(np.isfinite(frame.depth)))
+        num_read += 1
+        num_all_invalid += num_frame_valid == 0
+        num_valid += num_frame_valid
+        num_pixels += frame.depth.size
+        has_pose = trajectory is not None and trajectory.has_pose(np.array([frame.stamp_ns]))[0]
+        ups["unknown" if frame.up is None else "pose" if has_pose else "camera"] += 1
+        if (
+            trajectory is not None
+            and has_pose
+            and index % stride == 0
+            and _is_up_from_pose(frame, trajectory)
+        ):
+            num_asked += 1
+            map_up = estimate_map_up(frame, trajectory, max_depth=max_depth)
+            map_ups += [] if map_up is None else [map_up]
+        on_frame()
     return FrameStatistics(
         num_read=num_read,
         num_all_invalid=num_all_invalid,

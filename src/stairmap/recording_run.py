@@ -1,4 +1,10 @@
-"""One method over one recording: frames through the pipeline, what comes of it into a run folder."""
+"""Run one method over one recording and write what comes of it into a run folder.
+
+with create_run_folder(None, recording.name) as folder:
+    run = RecordingRun(recording, find_level_map(recording), config=Config())
+    run.process_frames(folder)
+    run.write_results(folder, run.outcome())
+"""
 
 from __future__ import annotations
 
@@ -7,18 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.cli.interrupts import Interrupt
-from stairmap.cli.numbered_frames import numbered_frames
-from stairmap.cli.progress import FrameProgress, counted
 from stairmap.config import Config, dump_config
-from stairmap.errors import MissingPackageError
+from stairmap.errors import MapFullError, MissingPackageError
 from stairmap.export.history import HISTORY_FILE, history_values
 from stairmap.export.results import RunFolder
-from stairmap.export.summary import format_summary
-from stairmap.pipeline import StairwayPipeline
+from stairmap.export.summary import counted, format_summary
+from stairmap.map_levelling import LevelMap
+from stairmap.pipeline import DEFAULT_METHOD
 from stairmap.recordings.base import Recording
+from stairmap.recordings.frame_iterators import numbered_frames
+from stairmap.session import MapSession
 from stairmap.stairway import Stairway
-from stairmap.trajectory import Trajectory
 from stairmap.visualization.collecting import ReportCollector
 from stairmap.visualization.frame_view import frame_view_from_detection
 from stairmap.visualization.report import render_report, report_data
@@ -40,6 +45,10 @@ class RunOutcome:
         Frames looked at, those with stair edges, and those left out because they have no pose.
     reasons
         Why frames had no stair edges, most frequent first.
+    problems
+        What a user should know of the recording, its map and the run, a sentence each.
+    was_stopped
+        Whether the run was stopped before the last frame.
     """
 
     stairways: tuple[Stairway, ...]
@@ -47,19 +56,26 @@ class RunOutcome:
     num_detections: int
     num_without_pose: int
     reasons: tuple[str, ...]
+    problems: tuple[str, ...]
+    was_stopped: bool
 
 
-class RunLoop:
+class RecordingRun:
     """Runs one method over one recording.
 
     Parameters
     ----------
     recording
-        Where frames come from; it has been found to have poses.
-    trajectory
-        Poses in a level map.
+        Where frames come from.
+    level_map
+        Its poses in a level map.
     config, method
-        See ``StairwayPipeline``.
+        See ``MapSession``.
+
+    Attributes
+    ----------
+    session
+        What has been found so far.
 
     Raises
     ------
@@ -67,40 +83,52 @@ class RunLoop:
         If no image can be read.
     """
 
-    def __init__(self, recording: Recording, trajectory: Trajectory, *, config: Config, method: str) -> None:
-        self._recording, self._trajectory = recording, trajectory
-        self._config, self._method = config, method
-        self._pipeline = StairwayPipeline(config, method=method)
+    def __init__(
+        self, recording: Recording, level_map: LevelMap, *, config: Config, method: str = DEFAULT_METHOD
+    ) -> None:
+        self._recording, self._level_map = recording, level_map
+        self.session = MapSession(config, method=method)
         self._collector = ReportCollector()
         self._num_without_pose = 0
         self._frames = numbered_frames(recording)
         self._last_frame = (0, 0)
+        self._was_stopped = False
+        self._notes: tuple[str, ...] = ()
 
     def process_frames(
-        self, folder: RunFolder | None, interrupt: Interrupt, *, view: RunView | None = None
+        self,
+        folder: RunFolder | None = None,
+        *,
+        should_stop: Callable[[], bool] = lambda: False,
+        on_frame: Callable[[int], None] = lambda _: None,
+        view: RunView | None = None,
     ) -> None:
-        """Look at frames until they end or an interrupt comes.
+        """Look at frames until they end, or until the map is full.
 
         Parameters
         ----------
         folder
             Where to write ``detections.jsonl`` and ``history.jsonl`` meanwhile.
-        interrupt
-            Ends the loop when it becomes true.
+        should_stop
+            Asked before each frame; the run ends there when it says so.
+        on_frame
+            Called after each frame with the number of stairways so far.
         view
             Where to show the run meanwhile.
         """
+        trajectory = self._level_map.trajectory
         num_stairways = 0
-        with FrameProgress(self._recording.num_frames) as progress:
-            for number, frame in self._frames:
-                if interrupt:
+        for number, frame in self._frames:
+            if should_stop():
+                self._was_stopped = True
+                return
+            if trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
+                map_from_camera = trajectory.pose_at(frame.stamp_ns)
+                try:
+                    detection = self.session.add(frame, map_from_camera)
+                except MapFullError as error:
+                    self._notes = (f"the run ended early: {error}",)
                     return
-                if not self._trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
-                    self._num_without_pose += 1
-                    progress.advance(counted(num_stairways, "stairway"))
-                    continue
-                map_from_camera = self._trajectory.pose_at(frame.stamp_ns)
-                detection = self._pipeline.process(frame, map_from_camera)
                 self._collector.add(frame, detection, map_from_camera)
                 if folder is not None:
                     folder.append_detection(detection)
@@ -108,18 +136,25 @@ class RunLoop:
                     view.show_frame(frame_view_from_detection(number, frame, map_from_camera, detection))
                 self._last_frame = (number, frame.stamp_ns)
                 if self._collector.convergence.is_due(self._collector.num_observations):
-                    stairways = self._pipeline.stairways()
-                    self._collector.convergence.add(stairways, self._collector.num_observations)
-                    if folder is not None and stairways:
-                        folder.append_json(HISTORY_FILE, history_values(frame.stamp_ns, stairways))
-                    if view is not None:
-                        view.show_stairways(stairways, number, frame.stamp_ns)
-                    num_stairways = len(stairways)
-                progress.advance(counted(num_stairways, "stairway"))
+                    num_stairways = self._note_stairways(folder, view)
+            else:
+                self._num_without_pose += 1
+            on_frame(num_stairways)
+
+    def _note_stairways(self, folder: RunFolder | None, view: RunView | None) -> int:
+        """Write and show the stairways as they are after this frame; return how many there are."""
+        number, stamp_ns = self._last_frame
+        stairways = self.session.stairways()
+        self._collector.convergence.add(stairways, self._collector.num_observations)
+        if folder is not None and stairways:
+            folder.append_json(HISTORY_FILE, history_values(stamp_ns, stairways))
+        if view is not None:
+            view.show_stairways(stairways, number, stamp_ns)
+        return len(stairways)
 
     def outcome(self) -> RunOutcome:
         """Return what came of the frames so far."""
-        stairways = self._pipeline.stairways()
+        stairways = self.session.stairways()
         reasons = [str(rule) for rule in self._collector.rule_statistics()]
         if self._collector.num_detections and not stairways:
             reasons.insert(0, self._describe_unconfirmed())
@@ -129,7 +164,16 @@ class RunLoop:
             num_detections=self._collector.num_detections,
             num_without_pose=self._num_without_pose,
             reasons=tuple(reasons),
+            problems=self._describe_problems(),
+            was_stopped=self._was_stopped,
         )
+
+    def _describe_problems(self) -> tuple[str, ...]:
+        lines = [] if self._level_map.note is None else [self._level_map.note]
+        lines += [*self._recording.problems.to_lines(), *self._notes]
+        if self._was_stopped:
+            lines.append(f"the run was interrupted after {counted(self._collector.num_frames, 'frame')}")
+        return tuple(lines)
 
     def show_outcome(self, view: RunView, outcome: RunOutcome) -> None:
         """Show what came of the frames so far, after the last of them, and close the view."""
@@ -140,22 +184,22 @@ class RunLoop:
     def _describe_unconfirmed(self) -> str:
         """Say why frames with stair edges made no stairway."""
         seen = f"{counted(self._collector.num_detections, 'frame')} with stair edges made no stairway: "
-        rejection = getattr(self._pipeline.modeler, "rejection", None)
+        rejection = getattr(self.session.modeler, "rejection", None)
         if rejection is not None:
             return f"{seen}{rejection}"
         names = {"stairmap": "modeling.min_observations", "delmerico2013": "delmerico2013.detections_per_fit"}
-        section, key = names[self._method].split(".")
-        limit = getattr(getattr(self._config, section), key)
+        section, key = names[self.session.method].split(".")
+        limit = getattr(getattr(self.session.config, section), key)
         return f"{seen}it takes {limit} observations that agree in the map ({section}.{key})"
 
-    def write_results(self, folder: RunFolder, outcome: RunOutcome, problems: Sequence[str]) -> None:
+    def write_results(self, folder: RunFolder, outcome: RunOutcome) -> None:
         """Write everything but the report, the result itself first."""
         folder.write_stairways(
             outcome.stairways, num_frames=outcome.num_frames, frame_id=self._recording.frame_id
         )
         if outcome.num_frames:
-            folder.write_trajectory(self._pipeline.trajectory())
-        folder.write_config(self._config)
+            folder.write_trajectory(self.session.trajectory())
+        folder.write_config(self.session.config)
         folder.write_mesh(outcome.stairways)
         folder.write_summary(
             format_summary(
@@ -163,7 +207,7 @@ class RunLoop:
                 num_frames=outcome.num_frames,
                 num_detections=outcome.num_detections,
                 reasons=outcome.reasons,
-                problems=problems,
+                problems=outcome.problems,
             )
         )
 
@@ -171,7 +215,6 @@ class RunLoop:
         self,
         folder: RunFolder,
         outcome: RunOutcome,
-        problems: Sequence[str],
         *,
         find_references: FindReferences | None = None,
     ) -> str | None:
@@ -179,13 +222,13 @@ class RunLoop:
         data = report_data(
             self._collector,
             recording_name=self._recording.name,
-            method=self._method,
+            method=self.session.method,
             stairways=outcome.stairways,
-            trajectory=self._pipeline.trajectory() if outcome.num_frames else None,
-            config_yaml=dump_config(self._config),
-            problems=problems,
+            trajectory=self.session.trajectory() if outcome.num_frames else None,
+            config_yaml=dump_config(self.session.config),
+            problems=outcome.problems,
             references=None if find_references is None else find_references(outcome.stairways),
-            detector=self._pipeline.detector,
+            detector=self.session.detector,
         )
         try:
             folder.write_report(render_report(data))

@@ -1,0 +1,51 @@
+"""Frames with their number in the recording, or with their pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain, islice
+
+import numpy as np
+
+from stairmap.arrays import Transform
+from stairmap.frame import DepthFrame
+from stairmap.recordings.base import Recording
+from stairmap.trajectory import Trajectory
+
+
+def numbered_frames(recording: Recording) -> Iterator[tuple[int, DepthFrame]]:
+    """Return (number, frame) from 0 in the order of the recording.
+
+    A frame that cannot be read leaves a gap, so that a number always names the same image. The first
+    frame is read at once: who asks before making a results folder makes none for an unreadable recording.
+
+    Raises
+    ------
+    RecordingError
+        If no image can be read.
+    """
+    frames = ((count + len(recording.problems.skipped), frame) for count, frame in enumerate(recording))
+    return chain(list(islice(frames, 1)), frames)
+
+
+def placed_frames(
+    recording: Recording, trajectory: Trajectory | None = None
+) -> Iterator[tuple[DepthFrame, Transform]]:
+    """Return (frame, map_from_camera) for each frame that has a pose, in the order of the recording.
+
+    Parameters
+    ----------
+    recording
+        Where frames come from.
+    trajectory
+        Poses in a level map; the recording's own if not given.
+
+    Raises
+    ------
+    TrajectoryError
+        If neither gives a pose.
+    """
+    poses = recording.check_poses() if trajectory is None else trajectory
+    for frame in recording:
+        if poses.has_pose(np.array([frame.stamp_ns]))[0]:
+            yield frame, poses.pose_at(frame.stamp_ns)

@@ -1,0 +1,256 @@
+"""Map stairways while frames and poses come in: the one place where detector, modeler and poses meet.
+
+    session = MapSession()
+    for frame, map_from_camera in ...:
+        session.add(frame, map_from_camera)
+    print(session.stairways())
+
+A loop closure moves old poses: hand the corrected ones to ``correct`` and ask again.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray, Transform, readonly
+from stairmap.config import Config
+from stairmap.detection.observation import Detection
+from stairmap.detection.orientation import POSE_UP_STD
+from stairmap.errors import ConfigError, MapFullError
+from stairmap.frame import DepthFrame
+from stairmap.modeling.mapper import MapperState
+from stairmap.pipeline import DEFAULT_METHOD, RestorableModeler, make_detector, make_modeler
+from stairmap.pose_log import PoseLog
+from stairmap.stairway import Stairway
+from stairmap.trajectory import Trajectory
+from stairmap.transforms import check_pose
+
+MAX_OBSERVATIONS = 1_000_000
+"""Most observations that a session takes: so many need 3 GB and half a minute to give their stairways."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapSessionState:
+    """All that a session knows, to go on from in another process or under another configuration.
+
+    Attributes
+    ----------
+    modeler
+        What its modeler knows.
+    stamps_ns
+        (N,) int64 stamps of its frames, in nanoseconds.
+    map_from_camera
+        (N, 4, 4) their poses as they were given, or corrected since; NaN for frames without one.
+    """
+
+    modeler: MapperState
+    stamps_ns: IntArray
+    map_from_camera: Float64Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stamps_ns", readonly(self.stamps_ns, np.int64))
+        object.__setattr__(self, "map_from_camera", readonly(self.map_from_camera).reshape(-1, 4, 4))
+
+
+class MapSession:
+    """Finds stairways in frames as they come and models them in one map.
+
+    Parameters
+    ----------
+    config
+        Configuration of all stages; the default one if not given.
+    method
+        A key of ``stairmap.pipeline.METHODS``.
+
+    Attributes
+    ----------
+    config, method
+        As given.
+    detector, modeler
+        The two stages of the method.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such method.
+    """
+
+    def __init__(self, config: Config | None = None, *, method: str = DEFAULT_METHOD) -> None:
+        self.config = Config() if config is None else config
+        self.method = method
+        self.detector = make_detector(self.config, method=method)
+        self.modeler = make_modeler(self.config, method=method)
+        self._poses = PoseLog()
+        self._num_observations = 0
+
+    @property
+    def num_frames(self) -> int:
+        """Number of frames in the session, those without a pose included."""
+        return len(self._poses)
+
+    @property
+    def is_restorable(self) -> bool:
+        """Whether the method can go on from a state."""
+        return isinstance(self.modeler, RestorableModeler)
+
+    def add(self, frame: DepthFrame, map_from_camera: Transform | None, *, trace: bool = False) -> Detection:
+        """Look at one frame and let what it shows enter the map.
+
+        Parameters
+        ----------
+        frame
+            Depth image, newer than those before it. Its own ``up`` is used where it has one, otherwise the
+            pose tells up, and without a pose the floor.
+        map_from_camera
+            (4, 4) pose of the camera's optical coordinate frame in a map with z up. ``None`` where it is not
+            known yet: the frame then counts once ``correct`` or ``stairways`` is given a trajectory that has
+            its stamp.
+        trace
+            Whether the detection also carries what pictures need.
+
+        Raises
+        ------
+        TrajectoryError
+            If the pose is no rigid transform or the stamp is not after the one before it. The session stays
+            as it was.
+        MapFullError
+            If it shows stair edges and the map holds ``MAX_OBSERVATIONS`` already; likewise.
+        """
+        self._poses.check_stamp(frame.stamp_ns)
+        detection = self.detect(frame, map_from_camera, trace=trace)
+        self.take(frame, detection, map_from_camera)
+        return detection
+
+    def detect(
+        self, frame: DepthFrame, map_from_camera: Transform | None = None, *, trace: bool = False
+    ) -> Detection:
+        """Look at one frame and leave the map as it is; for parameters and errors see ``add``.
+
+        It may run in one thread while another asks for the stairways.
+        """
+        if map_from_camera is not None:
+            frame = frame_with_up(frame, check_pose(map_from_camera))
+        return self.detector.detect(frame, trace=trace)
+
+    def take(self, frame: DepthFrame, detection: Detection, map_from_camera: Transform | None) -> None:
+        """Let what ``detect`` has found in a frame enter the map; see ``add``, which does both."""
+        num_observations = self._num_observations + len(detection.observations)
+        if num_observations > MAX_OBSERVATIONS:
+            raise MapFullError(
+                f"the map holds {self._num_observations:,} observations, of {MAX_OBSERVATIONS:,} at most; "
+                "leave out frames from places that were looked from often, or begin a new session"
+            )
+        self._poses.add(frame.stamp_ns, map_from_camera)
+        self._num_observations = num_observations
+        for observation in detection.observations:
+            self.modeler.add(observation)
+
+    def trajectory(self) -> Trajectory:
+        """Return the poses so far, as they were given or corrected since.
+
+        Raises
+        ------
+        TrajectoryError
+            If no frame has a pose yet.
+        """
+        return self._poses.trajectory()
+
+    def correct(self, path: Trajectory) -> None:
+        """Take better poses for the frames so far, as SLAM has them after a loop closure.
+
+        A frame whose stamp the path has takes its pose from there. The others move along with it: their
+        correction is interpolated between such frames, and is that of the nearest before the first and after
+        the last. So the sparse poses of keyframes do.
+
+        Parameters
+        ----------
+        path
+            ``map_from_camera``, corrected.
+
+        Raises
+        ------
+        TrajectoryError
+            If it has the stamp of no frame. The session stays as it was.
+        """
+        self._poses.correct(path)
+
+    def stairways(self, trajectory: Trajectory | None = None) -> tuple[Stairway, ...]:
+        """Return the stairways found so far, by id.
+
+        Parameters
+        ----------
+        trajectory
+            Other poses to place all frames by, this once; frames that it has no pose for are left out.
+            Without it, the session's own.
+        """
+        if trajectory is not None:
+            return self.modeler.stairways(trajectory)
+        if not self._poses.num_placed:
+            return ()
+        return self.modeler.stairways(self._poses.trajectory())
+
+    def state(self) -> MapSessionState:
+        """Return a copy of all that the session knows.
+
+        Raises
+        ------
+        ConfigError
+            If the method keeps no state.
+        """
+        return MapSessionState(
+            modeler=self._restorable_modeler().state(),
+            stamps_ns=self._poses.stamps_ns,
+            map_from_camera=self._poses.map_from_camera,
+        )
+
+    def restore(self, state: MapSessionState) -> None:
+        """Go on from a state, whatever the session knew before.
+
+        Raises
+        ------
+        ValueError
+            If its parts do not belong together.
+        TrajectoryError
+            If its poses are none, or its stamps do not increase.
+        ConfigError
+            If the method keeps no state.
+        """
+        modeler = self._restorable_modeler()
+        poses = PoseLog.from_arrays(state.stamps_ns, state.map_from_camera)
+        modeler.restore(state.modeler)
+        self._poses = poses
+        self._num_observations = len(state.modeler.observations)
+
+    def _restorable_modeler(self) -> RestorableModeler:
+        if not isinstance(self.modeler, RestorableModeler):
+            raise ConfigError(
+                f"the method {self.method} keeps no state to go on from; use the method {DEFAULT_METHOD}"
+            )
+        return self.modeler
+
+
+class StairwayPipeline(MapSession):
+    """The name that ``MapSession`` had in 0.1; ``process`` is now ``add``."""
+
+    def __init__(self, config: Config | None = None, *, method: str = DEFAULT_METHOD) -> None:
+        warnings.warn(
+            "StairwayPipeline is now MapSession, and its process is add", DeprecationWarning, stacklevel=2
+        )
+        super().__init__(config, method=method)
+
+    def process(self, frame: DepthFrame, map_from_camera: Transform, *, trace: bool = False) -> Detection:
+        """Look at one frame taken at a known pose and let what it shows enter the map; see ``add``."""
+        return self.add(frame, map_from_camera, trace=trace)
+
+
+def frame_with_up(frame: DepthFrame, map_from_camera: Transform) -> DepthFrame:
+    """Return a frame that knows up: its own, or else the map's z as its (4, 4) pose sees it."""
+    if frame.up is not None:
+        return frame
+    up = map_from_camera[2, :3]
+    return DepthFrame(
+        stamp_ns=frame.stamp_ns, depth=frame.depth, camera=frame.camera, up=up, up_std=POSE_UP_STD
+    )
