@@ -19,7 +19,7 @@ class MeasureErrors:
 
     Attributes
     ----------
-    num, rms, bias, worst
+    num, mean_abs, rms, bias, worst
         How many, and the usual statistics of estimate minus truth.
     num_with_std, share_within_1, share_within_2, num_beyond_3
         Of how many a deviation was stated, the shares of errors within one and two of it, and the number
@@ -27,6 +27,7 @@ class MeasureErrors:
     """
 
     num: int
+    mean_abs: float
     rms: float
     bias: float
     worst: float
@@ -145,6 +146,7 @@ def measure_errors(errors: Sequence[float], stds: Sequence[float]) -> MeasureErr
     nan = float("nan")
     return MeasureErrors(
         num=len(known),
+        mean_abs=float(np.abs(known).mean()) if len(known) else nan,
         rms=float(np.sqrt(np.mean(known**2))) if len(known) else nan,
         bias=float(known.mean()) if len(known) else nan,
         worst=float(np.abs(known).max()) if len(known) else nan,
