@@ -12,7 +12,6 @@ from stairmap.evaluation.frame_judging import ODD_LIMIT, FrameJudgement
 from stairmap.evaluation.table_format import format_table
 from stairmap.simulation.kinds import KINDS
 
-
 RISER_LIMIT = 0.004
 """What the height of a single riser may err by, m."""
 
