@@ -115,10 +115,18 @@ def test_an_odd_riser_is_told_by_its_difference_from_the_median(
     assert (s.num_odd_judged, s.num_odd_told) == (1, int(is_odd == is_called_odd))
 
 
+@pytest.mark.parametrize(("lift", "num_close"), [(0.0039, 4), (0.0041, 2)])
+def test_single_risers_are_close_within_four_millimetres(lift: float, num_close: int) -> None:
+    view = make_view_of()
+    s = summarize_views([judge_frame(0, view, all_in_view(), [observe(view, lift={2: lift})])])
+    assert (s.num_risers_close, s.riser_heights.num, s.riser_heights.num_with_std) == (num_close, 4, 4)
+
+
 def test_statistics_leave_out_what_was_not_measured() -> None:
     errors = measure_errors([0.003, -0.001, float("nan"), 0.004], [0.001, 0.002, 0.1, float("nan")])
     assert (errors.num, errors.num_with_std, errors.num_beyond_3) == (3, 2, 0)
-    assert (errors.worst, errors.share_within_1, errors.share_within_2) == pytest.approx((0.004, 0.5, 0.5))
+    assert (errors.worst, errors.mean_abs) == pytest.approx((0.004, 0.008 / 3))
+    assert (errors.share_within_1, errors.share_within_2) == pytest.approx((0.5, 0.5))
     assert np.isnan(measure_errors([], []).rms)
 
 

@@ -12,6 +12,9 @@ from stairmap.evaluation.frame_judging import ODD_LIMIT, FrameJudgement
 from stairmap.evaluation.table_format import format_table
 from stairmap.simulation.kinds import KINDS
 
+RISER_LIMIT = 0.004
+"""What the height of a single riser may err by, m."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasureErrors:
@@ -19,7 +22,7 @@ class MeasureErrors:
 
     Attributes
     ----------
-    num, rms, bias, worst
+    num, mean_abs, rms, bias, worst
         How many, and the usual statistics of estimate minus truth.
     num_with_std, share_within_1, share_within_2, num_beyond_3
         Of how many a deviation was stated, the shares of errors within one and two of it, and the number
@@ -27,6 +30,7 @@ class MeasureErrors:
     """
 
     num: int
+    mean_abs: float
     rms: float
     bias: float
     worst: float
@@ -53,6 +57,8 @@ class KindSummary:
         Found flights whose top nosing was in view, and those of them that have it.
     num_odd_judged, num_odd_told
         Views of regular and odd flights of which three risers or more were measured, and those told right.
+    num_risers_close
+        Single risers whose height is right to ``RISER_LIMIT``, of those in ``riser_heights``.
     rise, run, overhang, riser_heights
         Errors of measures over the found ones.
     calibrated
@@ -74,6 +80,7 @@ class KindSummary:
     num_tops_found: int
     num_odd_judged: int
     num_odd_told: int
+    num_risers_close: int
     rise: MeasureErrors
     run: MeasureErrors
     overhang: MeasureErrors
@@ -126,6 +133,7 @@ def summarize_views(judgements: Iterable[FrameJudgement]) -> KindSummary:
         num_tops_found=sum(judgement.shows_top and judgement.is_top_found for judgement in found),
         num_odd_judged=len(odd),
         num_odd_told=sum(is_odd == is_called_odd for is_odd, is_called_odd in odd),
+        num_risers_close=sum(abs(height) <= RISER_LIMIT for height in heights),
         **{name: measure_errors(*pair) for name, pair in pairs.items()},
         riser_heights=measure_errors(heights, height_stds),
         calibrated=measure_errors(
@@ -145,6 +153,7 @@ def measure_errors(errors: Sequence[float], stds: Sequence[float]) -> MeasureErr
     nan = float("nan")
     return MeasureErrors(
         num=len(known),
+        mean_abs=float(np.abs(known).mean()) if len(known) else nan,
         rms=float(np.sqrt(np.mean(known**2))) if len(known) else nan,
         bias=float(known.mean()) if len(known) else nan,
         worst=float(np.abs(known).max()) if len(known) else nan,
@@ -158,7 +167,7 @@ def measure_errors(errors: Sequence[float], stds: Sequence[float]) -> MeasureErr
 _HEADER = (
     "views", "clear", "found", "right", "right of clear", "missed", "false",
     "view / steps wrong", "top nosing", "rise rms / bias mm", "run rms / bias mm", "overhang rms / bias mm",
-    "riser rms / worst mm", "odd told", "within 1σ / 2σ", "> 3σ", "ms",
+    "riser rms mm, ≤ 4 mm", "odd told", "within 1σ / 2σ", "> 3σ", "ms",
 )  # fmt: skip
 
 
@@ -206,9 +215,7 @@ def _format_line(name: str, s: KindSummary) -> list[str]:
         _two(s.rise),
         _two(s.run),
         _two(s.overhang),
-        f"{1e3 * s.riser_heights.rms:.1f} / {1e3 * s.riser_heights.worst:.1f}"
-        if s.riser_heights.num
-        else "-",
+        _risers(s),
         f"{s.num_odd_told}/{s.num_odd_judged}" if s.num_odd_judged else "",
         f"{100 * s.calibrated.share_within_1:.0f} % / {100 * s.calibrated.share_within_2:.0f} %"
         if s.calibrated.num_with_std
@@ -220,6 +227,11 @@ def _format_line(name: str, s: KindSummary) -> list[str]:
 
 def _group_of(judgement: FrameJudgement) -> str:
     return judgement.group
+
+
+def _risers(s: KindSummary) -> str:
+    num = s.riser_heights.num
+    return f"{1e3 * s.riser_heights.rms:.1f}, {100 * s.num_risers_close / num:.0f} %" if num else "-"
 
 
 def _two(errors: MeasureErrors) -> str:
