@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -148,7 +150,9 @@ def test_surface_fills_the_box_and_faces_up_or_down_the_stairs(flight: Flight) -
 @no_deadline
 @given(flights(), st.integers(0, 99))
 def test_stairway_survives_json_to_the_micrometre(flight: Flight, num_observations: int) -> None:
-    steps = tuple(Step(nosing=edge, num_observations=num_observations) for edge in flight.edges())
+    steps = tuple(
+        Step(nosing=edge, num_observations=num_observations, std=(0.003, np.nan)) for edge in flight.edges()
+    )
     with_steps = Flight.from_dict({**flight.to_dict(), "steps": [step.to_dict() for step in steps]})
     landing = Landing(center=flight.base + np.array([1.0, 2.0, 3.0]), size=(1.5, 2.5), heading=flight.heading)
     stairway = make_stairway(with_steps, flight, landings=(landing,))
@@ -166,6 +170,10 @@ def test_stairway_survives_json_to_the_micrometre(flight: Flight, num_observatio
     np.testing.assert_allclose(back.flights[0].steps[-1].nosing, flight.edges()[-1], atol=1e-6)
     assert back.flights[0].steps[0].num_observations == num_observations
     assert back.flights[0].std.width == pytest.approx(flight.std.width, abs=1e-6)
+    assert back.flights[0].steps[0].std == pytest.approx((0.003, np.nan), nan_ok=True)
+    assert back.flights[0].overhang == pytest.approx(flight.overhang, abs=1e-6, nan_ok=True)
+    assert back.flights[0].std.overhang == pytest.approx(flight.std.overhang, abs=1e-6, nan_ok=True)
+    assert (back.flights[0].bottom_seen, back.flights[0].top_seen) == (flight.bottom_seen, flight.top_seen)
     np.testing.assert_allclose(back.landings[0].center, landing.center, atol=1e-6)
     assert back.landings[0].size == landing.size
 
@@ -177,6 +185,45 @@ def test_json_of_a_flight_holds_what_is_derived_too() -> None:
     assert data["width_bounded"] == {"left": True, "right": False}
     assert len(data["plane"]) == 4
     assert data["steps"] == []
+
+
+def in_schema_1(flight: Flight) -> dict[str, Any]:
+    """A flight as ``stairways.json`` had it before overhang, ends and deviations of steps came in."""
+    data = flight.to_dict()
+    for name in ("overhang", "bottom_seen", "top_seen"):
+        del data[name]
+    del data["std"]["overhang"]
+    for step in data["steps"]:
+        del step["std"]
+    return data
+
+
+def test_what_schema_1_does_not_tell_of_a_flight_is_unknown() -> None:
+    steps = tuple(Step(nosing=edge, num_observations=1, std=(0.1, 0.1)) for edge in make_flight().edges())
+    known = make_flight(
+        overhang=0.02, bottom_seen=True, top_seen=True, steps=steps, std=replace(STD, overhang=0.003)
+    )
+    old = Flight.from_dict(in_schema_1(known))
+    assert old.bottom_seen is None and old.top_seen is None
+    assert np.isnan([old.overhang, old.std.overhang, *old.steps[0].std]).all()
+    assert old.is_open_below and old.is_open_above
+    assert (old.rise, old.std.run, old.num_risers) == (known.rise, known.std.run, known.num_risers)
+
+
+@pytest.mark.parametrize(
+    ("name", "is_open"), [("bottom_seen", "is_open_below"), ("top_seen", "is_open_above")]
+)
+def test_an_end_is_open_unless_it_was_seen(name: str, is_open: str) -> None:
+    for value, expected in ((True, False), (False, True), (None, True)):
+        assert getattr(make_flight(**{name: value}), is_open) is expected
+
+
+@pytest.mark.parametrize("unknown", [None, float("nan")])
+def test_an_unknown_end_is_read_as_unknown_also_where_null_became_nan(unknown: float | None) -> None:
+    data = {**make_flight().to_dict(), "bottom_seen": unknown, "top_seen": unknown, "overhang": unknown}
+    flight = Flight.from_dict(data)
+    assert flight.bottom_seen is None and flight.top_seen is None
+    assert np.isnan(flight.overhang)
 
 
 @pytest.mark.parametrize("name", ["base", "heading", "rise", "num_risers", "width_bounded", "std", "steps"])

@@ -57,6 +57,9 @@ def flights(draw: st.DrawFn) -> Flight:
         num_risers=draw(st.integers(1, 20)),
         left_bounded=draw(st.booleans()),
         right_bounded=draw(st.booleans()),
+        overhang=draw(st.one_of(st.just(float("nan")), st.floats(0, 0.045))),
+        bottom_seen=draw(st.sampled_from([None, False, True])),
+        top_seen=draw(st.sampled_from([None, False, True])),
         std=FlightStd(
             rise=draw(deviation),
             run=draw(deviation),
@@ -64,5 +67,6 @@ def flights(draw: st.DrawFn) -> Flight:
             pitch=draw(deviation),
             heading=draw(deviation),
             base=np.array([draw(deviation), draw(deviation), draw(deviation)]),
+            overhang=draw(st.one_of(st.just(float("nan")), deviation)),
         ),
     )

@@ -12,7 +12,7 @@ def make_std(rise=0.002, run=0.003, width=0.02, pitch=0.008):
 
 
 def make_flight(base=(0.0, 0.0, 0.0), heading=0.0, rise=0.17, run=0.28, width=1.2, num_risers=10, **others):
-    others.setdefault("std", make_std())
+    others = {"std": make_std(), "bottom_seen": True, "top_seen": True, **others}
     return Flight(
         base=np.array(base), heading=heading, rise=rise, run=run, width=width, num_risers=num_risers, **others
     )

@@ -16,6 +16,9 @@ import numpy as np
 from stairmap.arrays import Float64Array, IntArray, Points, Transform, Vector, readonly
 from stairmap.transforms import transform_from_parts, transform_points
 
+UNKNOWN_STEP_STD = (float("nan"), float("nan"))
+"""Standard deviations of a step about which nothing is known."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
@@ -27,22 +30,44 @@ class Step:
         (2, 3) segment, left end first seen from below, m, map.
     num_observations
         In how many observations it was seen; 0 for a step the model only infers.
+    std
+        Standard deviations of the nosing along the flight's heading and upward, m, against the other steps
+        of the flight: a common error of place is in the flight's ``std.base``. NaN where not known.
     """
 
     nosing: Points
     num_observations: int
+    std: tuple[float, float] = UNKNOWN_STEP_STD
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nosing", readonly(self.nosing))
+        object.__setattr__(self, "std", (float(self.std[0]), float(self.std[1])))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the step as JSON types."""
-        return {"nosing": rounded(self.nosing), "num_observations": self.num_observations}
+        return {
+            "nosing": rounded(self.nosing),
+            "num_observations": self.num_observations,
+            "std": [_null_or_rounded(value) for value in self.std],
+        }
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> Step:
+        """Rebuild a step from ``to_dict``; schema 1 knows no ``std``."""
+        along, up = data.get("std", (None, None))
+        return cls(
+            nosing=data["nosing"],
+            num_observations=int(data["num_observations"]),
+            std=(_number_or_nan(along), _number_or_nan(up)),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightStd:
-    """One standard deviation of each measure of a flight (m, rad); ``base`` is (3,) along map x, y, z."""
+    """One standard deviation of each measure of a flight (m, rad); ``base`` is (3,) along map x, y, z.
+
+    ``overhang`` is NaN where the overhang is not known.
+    """
 
     rise: float
     run: float
@@ -50,6 +75,7 @@ class FlightStd:
     pitch: float
     heading: float
     base: Vector
+    overhang: float = float("nan")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "base", readonly(self.base))
@@ -57,7 +83,16 @@ class FlightStd:
     def to_dict(self) -> dict[str, Any]:
         """Return the deviations as JSON types."""
         names = ("rise", "run", "width", "pitch", "heading")
-        return {**{name: rounded(getattr(self, name)) for name in names}, "base": rounded(self.base)}
+        return {
+            **{name: rounded(getattr(self, name)) for name in names},
+            "base": rounded(self.base),
+            "overhang": _null_or_rounded(self.overhang),
+        }
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> FlightStd:
+        """Rebuild the deviations from ``to_dict``; schema 1 knows no ``overhang``."""
+        return cls(**{**data, "overhang": _number_or_nan(data.get("overhang"))})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +124,7 @@ class Flight:
     Attributes
     ----------
     base
-        (3,) bottom centre of the first riser, m, map.
+        (3,) bottom centre of the first riser, m, map; where nosings overhang, below the first nosing.
     heading
         Direction of ascent in the map's xy plane from +x, counter-clockwise, rad.
     rise, run, width
@@ -98,6 +133,12 @@ class Flight:
         Number of risers from the lower level to the upper one.
     left_bounded, right_bounded
         Whether that end of the steps was seen; otherwise the width is a lower bound.
+    overhang
+        How far a nosing stands out before its riser, m; NaN where not known.
+    bottom_seen, top_seen
+        Whether the floor before the first riser and the level behind the last nosing were seen; ``False``:
+        the flight may go on there. ``None``: not known, as in files of schema 1 and by methods that do not
+        tell. See ``is_open_below`` and ``is_open_above``.
     std
         Standard deviations of the measures.
     steps
@@ -112,6 +153,9 @@ class Flight:
     num_risers: int
     left_bounded: bool = True
     right_bounded: bool = True
+    overhang: float = float("nan")
+    bottom_seen: bool | None = None
+    top_seen: bool | None = None
     std: FlightStd
     steps: tuple[Step, ...] = ()
 
@@ -122,6 +166,16 @@ class Flight:
                 raise ValueError(f"a flight's {name} must be positive, got {getattr(self, name)}")
         if self.num_risers < 1:
             raise ValueError(f"a flight has at least one riser, got {self.num_risers}")
+
+    @property
+    def is_open_below(self) -> bool:
+        """Whether the flight may begin lower: nobody knows that its first riser stands on a floor."""
+        return not self.bottom_seen
+
+    @property
+    def is_open_above(self) -> bool:
+        """Whether the flight may go on: nobody knows that its last nosing is the edge of a floor."""
+        return not self.top_seen
 
     @property
     def pitch(self) -> float:
@@ -228,6 +282,9 @@ class Flight:
             "pitch": rounded(self.pitch),
             "num_risers": self.num_risers,
             "width_bounded": {"left": self.left_bounded, "right": self.right_bounded},
+            "overhang": _null_or_rounded(self.overhang),
+            "bottom_seen": self.bottom_seen,
+            "top_seen": self.top_seen,
             "std": self.std.to_dict(),
             "box": self.box.to_dict(),
             "plane": rounded(self.plane),
@@ -237,6 +294,8 @@ class Flight:
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Flight:
         """Rebuild a flight from ``to_dict``; box, plane and pitch follow from the rest.
+
+        What schema 1 has no key for is unknown: overhang, whether the ends were seen, deviations of steps.
 
         Raises
         ------
@@ -253,8 +312,11 @@ class Flight:
                 num_risers=int(data["num_risers"]),
                 left_bounded=bool(data["width_bounded"]["left"]),
                 right_bounded=bool(data["width_bounded"]["right"]),
-                std=FlightStd(**data["std"]),
-                steps=tuple(Step(**step) for step in data["steps"]),
+                overhang=_number_or_nan(data.get("overhang")),
+                bottom_seen=_flag_or_none(data.get("bottom_seen")),
+                top_seen=_flag_or_none(data.get("top_seen")),
+                std=FlightStd.from_dict(data["std"]),
+                steps=tuple(Step.from_dict(step) for step in data["steps"]),
             )
         except (KeyError, TypeError) as error:
             raise ValueError(f"a flight lacks or misnames a key: {error}") from error
@@ -370,6 +432,20 @@ class Stairway:
 def rounded(values: Any) -> Any:
     """Return a number or nested numbers as JSON types, rounded to 1e-6 (micrometres, microradians)."""
     return np.round(np.asarray(values, dtype=np.float64), 6).tolist()
+
+
+def _null_or_rounded(value: float) -> float | None:
+    """A number as JSON has it, ``None`` for one that is not known."""
+    return float(rounded(value)) if np.isfinite(value) else None
+
+
+def _number_or_nan(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _flag_or_none(value: bool | float | None) -> bool | None:
+    """A truth value read from JSON; readers that turn ``null`` into NaN mean unknown by it."""
+    return value if isinstance(value, bool) else None
 
 
 def _landing_surface(landing: Landing) -> tuple[Points, IntArray]:

@@ -22,12 +22,12 @@ def test_stairways_json_has_the_promised_keys(tmp_path: Path, stairway: Stairway
     path = create_run_folder(tmp_path / "run", "x").write_stairways([stairway], num_frames=90)
     values = json.loads(path.read_text())
     assert list(values) == ["schema", "software", "frame_id", "num_frames", "stairways"]
-    assert values["schema"] == 1
+    assert values["schema"] == 2
     assert values["software"].startswith("stairmap ")
     flight = values["stairways"][0]["flights"][0]
     assert set(flight) == {
-        "base", "heading", "rise", "run", "width", "pitch", "num_risers", "width_bounded", "std", "box",
-        "plane", "steps",
+        "base", "heading", "rise", "run", "width", "pitch", "num_risers", "width_bounded", "overhang",
+        "bottom_seen", "top_seen", "std", "box", "plane", "steps",
     }  # fmt: skip
     assert flight["width_bounded"] == {"left": True, "right": False}
 
@@ -52,6 +52,34 @@ def test_a_deviation_that_is_not_known_is_null_in_the_file_and_nan_again(
     std = load_stairways(path).stairways[0].flights[0].std
     assert np.isnan(std.rise)
     assert np.isnan(std.base).all()
+
+
+def test_a_file_of_schema_1_is_read_and_what_it_does_not_tell_is_unknown(
+    tmp_path: Path, stairway: Stairway
+) -> None:
+    path = create_run_folder(tmp_path / "run", "x").write_stairways([stairway], num_frames=1)
+    values = json.loads(path.read_text())
+    values["schema"] = 1
+    for flight in values["stairways"][0]["flights"]:
+        for name in ("overhang", "bottom_seen", "top_seen"):
+            del flight[name]
+        del flight["std"]["overhang"]
+        for step in flight["steps"]:
+            del step["std"]
+    path.write_text(json.dumps(values))
+    (read,) = load_stairways(path).stairways
+    assert read.flights[0].rise == stairway.flights[0].rise
+    assert (read.flights[0].bottom_seen, read.flights[0].top_seen) == (None, None)
+    assert np.isnan([read.flights[0].overhang, *read.flights[0].steps[0].std]).all()
+
+
+def test_ends_that_were_seen_or_not_come_back_as_such(tmp_path: Path, stairway: Stairway) -> None:
+    for number, (bottom, top) in enumerate([(True, False), (False, True), (None, None)]):
+        flight = replace(stairway.flights[0], bottom_seen=bottom, top_seen=top)
+        folder = create_run_folder(tmp_path / f"run{number}", "x")
+        path = folder.write_stairways([replace(stairway, flights=(flight,))], num_frames=1)
+        (read,) = load_stairways(path).stairways
+        assert (read.flights[0].bottom_seen, read.flights[0].top_seen) == (bottom, top)
 
 
 def test_the_same_stairways_give_the_same_file_bit_for_bit(tmp_path: Path, stairway: Stairway) -> None:
@@ -152,7 +180,7 @@ def test_an_unfinished_last_line_is_passed_over(tmp_path: Path, detection: Detec
         ("{", "not a JSON file"),
         ("[]", "must hold one JSON object"),
         ("{}", "no schema"),
-        ('{"schema": 2}', "schema 2, this version of stairmap reads schema 1"),
+        ('{"schema": 3}', "schema 3, this version of stairmap reads schemas 1 and 2"),
         ('{"schema": 1, "software": "", "num_frames": 0, "stairways": []}', "lacks the key 'frame_id'"),
         ('{"schema": 1, "software": "", "frame_id": "", "num_frames": 0, "stairways": [{}]}', "lacks"),
         ('{"schema": 1, "software": "", "frame_id": "", "num_frames": 0, "stairways": 5}', "not iterable"),

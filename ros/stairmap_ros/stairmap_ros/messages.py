@@ -93,6 +93,10 @@ def _make_flight(flight: Flight) -> stairmap_msgs.Flight:
         num_risers=flight.num_risers,
         left_bounded=flight.left_bounded,
         right_bounded=flight.right_bounded,
+        overhang=float(flight.overhang),
+        overhang_std=float(flight.std.overhang),
+        bottom_seen=bool(flight.bottom_seen),
+        top_seen=bool(flight.top_seen),
         plane=flight.plane,
         box_center=point_from(flight.box.center),
         box_size=box_size(flight),
@@ -106,7 +110,11 @@ def _make_flight(flight: Flight) -> stairmap_msgs.Flight:
 def _make_step(step: Step) -> stairmap_msgs.Step:
     left, right = step.nosing
     return stairmap_msgs.Step(
-        left=point_from(left), right=point_from(right), num_observations=step.num_observations
+        left=point_from(left),
+        right=point_from(right),
+        num_observations=step.num_observations,
+        std_along=step.std[0],
+        std_up=step.std[1],
     )
 
 

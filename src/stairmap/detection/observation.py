@@ -34,6 +34,9 @@ class StairEdge:
         How it was seen.
     num_pixels
         How many pixels support it.
+    std
+        Standard deviations of the step's own place along the stairs and upward, against the lattice of
+        its observation, its measurement included, m; NaN where a method gives none.
     """
 
     nosing: Points
@@ -42,6 +45,7 @@ class StairEdge:
     right_bounded: bool
     cue: Cue
     num_pixels: int
+    std: tuple[float, float] = (float("nan"), float("nan"))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nosing", readonly(self.nosing))
@@ -80,6 +84,9 @@ class StairObservation:
         Whether the floor in front of the lowest riser was seen, so that edge 0 is the first step.
     top_seen
         Whether what follows the last nosing is a level surface longer than a step.
+    overhang, overhang_std
+        How far nosings stand out before their risers, and its standard deviation, m; the latter is NaN
+        where the frame does not tell.
     points
         (N, 3) points that support the edges, camera frame, in metres.
     """
@@ -97,6 +104,8 @@ class StairObservation:
     rise_information: Float64Array = field(default_factory=lambda: np.zeros((0, 0)))
     floor_seen: bool = False
     top_seen: bool = False
+    overhang: float = 0.0
+    overhang_std: float = float("nan")
     points: Points
 
     def __post_init__(self) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from stairmap.arrays import Points, readonly
 from stairmap.detection.observation import Rejection, View
 from stairmap.errors import StairmapError
-from stairmap.export.results import DETECTIONS_FILE, SCHEMA, STAIRWAYS_FILE
+from stairmap.export.results import DETECTIONS_FILE, READABLE_SCHEMAS, STAIRWAYS_FILE
 from stairmap.stairway import Stairway
 
 
@@ -91,9 +91,10 @@ def load_stairways(path: Path) -> RunResults:
         raise ResultsError(f"{path} is not a JSON file: line {error.lineno}: {error.msg}") from error
     if not isinstance(values, dict):
         raise ResultsError(f"{path} must hold one JSON object, got {type(values).__name__}")
-    if values.get("schema") != SCHEMA:
+    if values.get("schema") not in READABLE_SCHEMAS:
+        known = " and ".join(str(schema) for schema in READABLE_SCHEMAS)
         found = f"schema {values['schema']!r}" if "schema" in values else "no schema"
-        raise ResultsError(f"{path} has {found}, this version of stairmap reads schema {SCHEMA}")
+        raise ResultsError(f"{path} has {found}, this version of stairmap reads schemas {known}")
     try:
         return RunResults(
             software=str(values["software"]),

@@ -26,8 +26,12 @@ from stairmap.recordings.tum_trajectory import dump_tum_trajectory
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 
-SCHEMA = 1
-"""Version of ``stairways.json``; a reader refuses any other."""
+SCHEMA = 2
+"""Version of ``stairways.json`` that is written."""
+
+READABLE_SCHEMAS = (1, 2)
+"""Versions that are read; what 1 does not tell (overhang, whether ends were seen, deviations of single
+steps) is unknown."""
 
 STAIRWAYS_FILE = "stairways.json"
 DETECTIONS_FILE = "detections.jsonl"

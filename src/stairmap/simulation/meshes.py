@@ -10,7 +10,7 @@ first riser is irregular, the nosings in ``steps`` say so and ``Flight.edges`` d
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -187,7 +187,10 @@ def _read_flight(entry: dict[str, Any]) -> Flight:
         run=run,
         width=float(width),
         num_risers=int(entry["n_risers"]),
-        std=true_std(),
+        bottom_seen=True,
+        top_seen=True,
+        # How far nosings stand out was not measured in these buildings.
+        std=replace(true_std(), overhang=float("nan")),
         steps=tuple(
             Step(nosing=_nosing(edge, forward * run * index, left * width / 2, z), num_observations=0)
             for index, z in enumerate(heights)

@@ -36,7 +36,7 @@ class BuiltStairway:
 
 def true_std() -> FlightStd:
     """Return the standard deviations of a truth: zeros."""
-    return FlightStd(rise=0, run=0, width=0, pitch=0, heading=0, base=np.zeros(3))
+    return FlightStd(rise=0, run=0, width=0, pitch=0, heading=0, base=np.zeros(3), overhang=0)
 
 
 def build_flight(
@@ -76,9 +76,12 @@ def build_flight(
         run=float(runs.mean()) if num > 1 else shape.run,
         width=shape.width,
         num_risers=num,
+        overhang=shape.overhang,
+        bottom_seen=True,
+        top_seen=True,
         std=true_std(),
         steps=tuple(
-            Step(nosing=nosing, num_observations=0)
+            Step(nosing=nosing, num_observations=0, std=(0.0, 0.0))
             for nosing in transform_points(frame.map_from_flight, nosings)
         ),
     )
