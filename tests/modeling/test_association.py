@@ -10,7 +10,7 @@ import pytest
 
 from ideal_observations import MS, make_flight, observe, poses_before
 from stairmap.arrays import IntArray
-from stairmap.modeling.association import find_flights
+from stairmap.modeling.association import find_groups
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
 from stairmap.stairway import Flight
 
@@ -21,11 +21,13 @@ POSE = poses_before(FLIGHT, 1)[0]
 def groups_of(
     seen: Sequence[tuple[Flight, dict[str, Any]]], known: Sequence[int] | None = None
 ) -> list[IntArray]:
+    """Members of the groups, in the order of their seeds."""
     table = ObservationTable()
     for index, (flight, how) in enumerate(seen):
         table.add(observe(flight, POSE, index * MS, **how))
     placed = PlacedObservations(table, np.tile(POSE, (len(seen), 1, 1)))
-    return find_flights(placed, np.arange(len(seen)) if known is None else np.array(known, dtype=np.int64))
+    chosen = np.arange(len(seen)) if known is None else np.array(known, dtype=np.int64)
+    return [group.members for group in find_groups(placed, chosen)]
 
 
 def are_one(first: Flight, second: Flight, **how: Any) -> bool:
@@ -77,10 +79,10 @@ def test_what_lies_elsewhere_or_is_otherwise_is_another_flight(changes: dict[str
     assert not are_one(FLIGHT, make_flight(**changes))
 
 
-def test_groups_come_largest_first() -> None:
+def test_groups_come_in_the_order_of_how_good_their_seeds_are() -> None:
     other = make_flight(base=np.array([-4.0, 0.0, 0.0]), heading=np.pi)
-    groups = groups_of([(other, {}), (FLIGHT, {}), (FLIGHT, {})])
-    assert [len(group) for group in groups] == [2, 1]
+    groups = groups_of([(FLIGHT, {"steps": range(5)}), (other, {}), (FLIGHT, {"steps": range(4)})])
+    assert [group.tolist() for group in groups] == [[1], [0, 2]]
 
 
 def test_nothing_known_is_nothing_found() -> None:
