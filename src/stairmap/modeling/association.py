@@ -175,8 +175,8 @@ def close_groups(
 
 def _do_meet(lows: Float64Array, highs: Float64Array, low: Float64Array, high: Float64Array) -> Mask:
     """Which of (G,) boxes meet any of (C,) others."""
-    meets = (lows[:, None] <= high) & (low <= highs[:, None])
-    return np.asarray(meets.all(axis=2).any(axis=1))
+    meets = np.all((lows[:, None] <= high) & (low <= highs[:, None]), axis=2)
+    return np.asarray(np.any(meets, axis=1))
 
 
 def _fits(placed: PlacedObservations, reach: Reach, seed: int, others: IntArray) -> Mask:

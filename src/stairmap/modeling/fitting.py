@@ -86,7 +86,7 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
     index = edges["index"] + shift[owner]
     first, last, bottom_seen, top_seen = find_step_range(
         SeenSteps(
-            index=index,
+            edge_step=index,
             # Seen from above, a flight heads towards the camera.
             from_below=records["forward"][owner, 2] > 0,
             lowest=shift,

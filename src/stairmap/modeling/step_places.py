@@ -97,7 +97,7 @@ def fit_step_offsets(
     for _ in range(NUM_PASSES):
         system = _System(edges, pull / (scale * std) ** 2, num_steps)
         information = system.information / num_samples + np.eye(num_steps) / irregularity**2
-        covariance = np.linalg.inv(information)
+        covariance: Float64Array = np.asarray(np.linalg.inv(information), dtype=np.float64)
         offsets = covariance @ (system.gradient / num_samples)
         deviation = np.abs(system.residuals(offsets)) / std
         # Edges that scatter more than they state are less sure than they state.

@@ -32,7 +32,7 @@ class SeenSteps(NamedTuple):
 
     Attributes
     ----------
-    index
+    edge_step
         (E,) step on the flight's lattice of each edge.
     from_below
         (E,) whether it was seen from below.
@@ -42,7 +42,7 @@ class SeenSteps(NamedTuple):
         (N,) whether it saw the floor before its lowest step, the level behind its highest.
     """
 
-    index: IntArray
+    edge_step: IntArray
     from_below: Mask
     lowest: IntArray
     highest: IntArray
@@ -56,9 +56,9 @@ def find_step_range(seen: SeenSteps) -> StepRange:
     An end is *seen* when at least ``MIN_END_VIEWS`` observations saw the floor or landing there and more than
     saw a step beyond. Otherwise it is open: the flight may go on.
     """
-    lowest = int(seen.index.min())
-    counts = np.bincount(seen.index - lowest)
-    below = np.append(0, np.bincount(seen.index[seen.from_below] - lowest, minlength=len(counts))[:-1])
+    lowest = int(seen.edge_step.min())
+    counts = np.bincount(seen.edge_step - lowest)
+    below = np.append(0, np.bincount(seen.edge_step[seen.from_below] - lowest, minlength=len(counts))[:-1])
     is_above = np.arange(len(counts)) > np.argmax(counts)
     needed = np.where(is_above, MIN_NEXT_SHARE * below, MIN_STEP_SHARE * counts.max())
     often = np.flatnonzero(counts >= np.maximum(needed, 2 if len(seen.lowest) > 1 else 1))
