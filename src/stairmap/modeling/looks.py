@@ -23,7 +23,7 @@ MAX_STEPS = 8
 RISER_SHARES = (0.25, 0.5, 0.75)
 """Heights on a riser that rays go to, in shares of the rise: away from the edges, where depths mix."""
 
-TREAD_SHARES = (0.3, 0.7)
+TREAD_SHARES = (0.15, 0.4, 0.65)
 """Places on a tread that rays go to, in shares of the run."""
 
 SIDE_SHARES = (-0.30, -0.2, -0.1, 0.0, 0.1, 0.2, 0.30)
