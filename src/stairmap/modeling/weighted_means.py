@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from stairmap.arrays import Float64Array
-from stairmap.detection.lattice_fit import EDGE_SHIFT
 from stairmap.detection.rise_information import solve_rise_and_shift, with_rise_variance
 
 POSE_STD = 0.01
@@ -17,6 +16,9 @@ the heading: near frames, which weigh most, were taken within a shorter time tha
 
 FRAMES_PER_SAMPLE = 6.0
 """Neighbouring frames see the same steps from nearly the same place: so many count as one."""
+
+EDGE_SHIFT = 3.0
+"""Standard deviation of how far a sensor moves the edges of near surfaces outward, working pixels."""
 
 SYSTEMATIC_STD = 0.0006
 """What no number of observations averages out of rise and run, m: sensor bias and uneven steps."""
