@@ -19,7 +19,6 @@ COLUMNS: tuple[str, ...] = (
     "ends seen",
     "pitch deg",
     "risers",
-    "levels seen",
     "heading deg",
     "base x, y, z m",
     "observations",
@@ -64,10 +63,9 @@ class StairwayRow:
             with_std(self.rise_mm, self.rise_std_mm),
             with_std(self.run_mm, self.run_std_mm),
             bound + with_std(self.width_mm, self.width_std_mm),
-            self.ends_seen,
+            self.ends_seen if self.levels_seen == "unknown" else f"{self.ends_seen}; {self.levels_seen}",
             with_std(self.pitch_deg, self.pitch_std_deg, digits=1),
-            ("" if self.levels_seen in {"both", "unknown"} else "≥ ") + str(self.num_risers),
-            self.levels_seen,
+            _bounded(self.num_risers, self.levels_seen),
             f"{self.heading_deg:.1f}",
             ", ".join(f"{value:.2f}" for value in self.base),
             str(self.num_observations),
@@ -105,6 +103,15 @@ def stairway_rows(stairways: Sequence[Stairway]) -> list[StairwayRow]:
         for stairway in stairways
         for number, flight in enumerate(stairway.flights, start=1)
     ]
+
+
+def risers_text(flight: Flight) -> str:
+    """Return the number of risers; a lower bound where an end of the flight was not seen."""
+    return _bounded(flight.num_risers, _levels_seen(flight))
+
+
+def _bounded(num_risers: int, levels_seen: str) -> str:
+    return ("" if levels_seen in {"both", "unknown"} else "≥ ") + str(num_risers)
 
 
 def _levels_seen(flight: Flight) -> Literal["both", "bottom", "top", "none", "unknown"]:
@@ -149,8 +156,8 @@ def format_summary(
     parts = [f"{num_frames} frames, stair edges seen in {num_detections}\n", format_table(stairways)]
     if stairways:
         parts.append(
-            "± is one standard deviation; ≥ where an end of the steps was not seen, or the level\n"
-            "before the first riser or behind the last nosing: the flight may be wider, or go on\n"
+            "± is one standard deviation; ≥ where an end was not seen. Ends seen: sides of the steps;\n"
+            "levels at the bottom and the top of the flight, which otherwise may go on there\n"
         )
     for title, lines in (("why frames gave no stairway", reasons), ("problems of the recording", problems)):
         if lines:

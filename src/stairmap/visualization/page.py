@@ -140,8 +140,7 @@ class PageFile:
             reasons = [f"{rule} in {count} frames" for rule, count in self._rule_counts.most_common(3)]
             against = f" Rules against stairs: {', '.join(reasons)}." if reasons else ""
             return f"<p>No stairway was found.{html.escape(against)}</p>"
-        hidden = {"ends seen", "levels seen", "heading deg"}
-        shown = [i for i, column in enumerate(COLUMNS) if column not in hidden]
+        shown = [i for i, column in enumerate(COLUMNS) if column not in {"ends seen", "heading deg"}]
         head = "".join(f"<th>{html.escape(COLUMNS[i])}</th>" for i in shown)
         rows = []
         for row in stairway_rows(self._stairways):
