@@ -231,3 +231,12 @@ def test_what_fits_is_always_in_reach(
     reach = Reach(placed, np.array([1]))
     meets = close_groups([alone], np.array([False]), reach.low, reach.high)
     assert meets[0] or len(groups) == 2
+
+
+def test_what_only_the_seed_reaches_stays_in_its_group() -> None:
+    seen = [
+        (FLIGHT, {}),
+        *[(make_flight(base=FLIGHT.base + 0.2 * NORMAL), {"steps": range(7)})] * 3,
+        (make_flight(base=FLIGHT.base - 0.2 * NORMAL), {"steps": range(6)}),
+    ]
+    assert [group.tolist() for group in groups_of(seen)] == [[0, 1, 2, 3, 4]]
