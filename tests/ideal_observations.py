@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -65,17 +65,24 @@ def observe(
     floor_seen: bool = False,
     top_seen: bool = False,
     bounded: bool = True,
+    edge_std: tuple[float, float] = (float("nan"), float("nan")),
+    overhang: tuple[float, float] = (0.0, float("nan")),
+    raised: Mapping[int, float] | None = None,
 ) -> StairObservation:
     """The observation of some steps of a flight.
 
     ``noise`` is the standard deviation of each edge's and the origin's place, m; rise and run err by a
-    fifth of it.
+    fifth of it. ``edge_std`` (along, up) and ``overhang`` (value, std) are what the detector states, and
+    ``raised`` says by how much some nosings lie higher than the lattice, m.
     """
     random = np.random.default_rng(stamp_ns)
     chosen = sorted(range(flight.num_risers) if steps is None else steps)
     camera_from_map = invert_transform(map_from_camera)
     axes = camera_from_map[:3, :3]
-    ends = flight.edges()[chosen] + random.normal(0, noise, (len(chosen), 1, 3)) * [1.0, 0.0, 1.0]
+    nosings = flight.edges()
+    for step, height in ({} if raised is None else raised).items():
+        nosings[step, :, 2] += height
+    ends = nosings[chosen] + random.normal(0, noise, (len(chosen), 1, 3)) * [1.0, 0.0, 1.0]
     ends = transform_points(camera_from_map, ends)
     origin = flight.edges()[chosen[0]].mean(axis=0) + random.normal(0, noise, 3)
     edges = tuple(
@@ -86,6 +93,7 @@ def observe(
             right_bounded=bounded,
             cue="crease",
             num_pixels=300,
+            std=edge_std,
         )
         for step, nosing in zip(chosen, ends, strict=True)
     )
@@ -103,6 +111,8 @@ def observe(
         covariance=np.diag(std**2),
         floor_seen=floor_seen,
         top_seen=top_seen,
+        overhang=overhang[0],
+        overhang_std=overhang[1],
         points=ends.reshape(-1, 3),
     )
 

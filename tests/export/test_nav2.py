@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -100,6 +101,15 @@ def test_nav2_route_would_load_the_graph(tmp_path):
             ]
             assert node["metadata"]["floor"] == level
             assert node["metadata"]["yaw"] == pytest.approx(pose.heading, abs=1e-5)
+
+
+def test_a_node_at_an_end_that_nobody_saw_says_so(tmp_path):
+    flight = replace(FIRST.flights[-1], top_seen=False)
+    stairway = replace(FIRST, flights=(*FIRST.flights[:-1], flight))
+    for used, expected in ((FIRST, [False, False]), (stairway, [False, True])):
+        _, graph, _ = write_graph(tmp_path, stairways=(used,))
+        nodes = [item for item in graph["features"] if item["geometry"]["type"] == "Point"]
+        assert [node["properties"]["metadata"]["is_open"] for node in nodes] == expected
 
 
 def test_there_is_an_edge_up_and_one_down_with_the_cost_of_the_portal(tmp_path):

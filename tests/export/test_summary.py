@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from stairmap.export.summary import COLUMNS, format_summary, format_table, stairway_rows, with_std
@@ -20,6 +22,26 @@ def test_a_width_with_an_unseen_end_is_marked_as_a_lower_bound(stairway: Stairwa
     width, ends = COLUMNS.index("width mm"), COLUMNS.index("ends seen")
     assert (unbounded[width], unbounded[ends]) == ("≥ 1175 ± 20", "left")
     assert (bounded[width], bounded[ends]) == ("1000 ± 20", "both")
+
+
+@pytest.mark.parametrize(
+    ("bottom", "top", "risers", "ends"),
+    [
+        (True, True, "9", "left; both"),
+        (True, False, "≥ 9", "left; bottom"),
+        (False, True, "≥ 9", "left; top"),
+        (False, False, "≥ 9", "left; none"),
+        (True, None, "≥ 9", "left; bottom"),
+        (None, None, "9", "left"),
+    ],
+)
+def test_risers_are_a_lower_bound_where_a_level_was_not_seen(
+    stairway: Stairway, bottom: bool | None, top: bool | None, risers: str, ends: str
+) -> None:
+    flight = replace(stairway.flights[0], bottom_seen=bottom, top_seen=top)
+    cells = stairway_rows([replace(stairway, flights=(flight,))])[0].cells()
+    assert cells[COLUMNS.index("risers")] == risers
+    assert cells[COLUMNS.index("ends seen")] == ends
 
 
 def test_the_columns_of_the_table_are_aligned(stairway: Stairway) -> None:

@@ -114,3 +114,137 @@ def test_each_step_keeps_its_own_place() -> None:
     heights = np.array([step.nosing[0, 2] for step in steps])
     np.testing.assert_allclose(heights[[1, 3]], 0.17 * np.array([2, 4]), atol=0.002)
     assert heights[2] == pytest.approx(0.17 * 3 + 0.012, abs=0.002)
+
+
+# Single steps
+
+
+def test_a_riser_12_mm_off_comes_out_with_its_deviation() -> None:
+    raised = dict.fromkeys(range(4, 8), 0.012)
+    flight = fit(observe_all(FLIGHT, POSES, noise=0.003, edge_std=(0.004, 0.003), raised=raised)).flight
+    heights = np.array([step.nosing[0, 2] for step in flight.steps])
+    risers = np.diff(heights)
+    assert risers[3] == pytest.approx(0.182, abs=0.004)
+    np.testing.assert_allclose(np.delete(risers, 3), 0.17, atol=0.004)
+    assert risers[3] - 0.17 > 2 * np.hypot(flight.steps[3].std[1], flight.steps[4].std[1])
+    along, up = np.array([step.std for step in flight.steps]).T
+    assert up.min() > 0.0006 and along.max() < 0.008
+
+
+def test_single_steps_have_no_deviation_where_their_detector_states_none() -> None:
+    flight = fit(observe_all(FLIGHT, POSES)).flight
+    assert np.isnan([step.std for step in flight.steps]).all()
+
+
+def test_a_step_along_the_stairs_is_placed_along_the_heading() -> None:
+    observations = observe_all(FLIGHT, POSES[:6], edge_std=(0.002, 0.002))
+    for observation, pose in zip(observations, POSES, strict=False):
+        moved = observation.edges[2].nosing + 0.010 * (pose[:3, :3].T @ FLIGHT.forward)
+        moved.flags.writeable = False
+        object.__setattr__(observation.edges[2], "nosing", moved)
+    steps = fit(observations).flight.steps
+    along = np.array([(step.nosing.mean(axis=0) - FLIGHT.base) @ FLIGHT.forward for step in steps])
+    assert along[2] == pytest.approx(2 * 0.28 + 0.010, abs=0.001)
+    np.testing.assert_allclose(along[[0, 1, 3, 4]], 0.28 * np.array([0, 1, 3, 4]), atol=0.0015)
+
+
+def test_thousands_of_observations_place_steps_as_well_as_hundreds() -> None:
+    poses = [POSES[index % 30] for index in range(2400)]
+    observations = observe_all(FLIGHT, poses, noise=0.003, edge_std=(0.004, 0.003), raised={3: 0.012})
+    table = ObservationTable()
+    for observation in observations:
+        table.add(observation)
+    flight = fit_flight(table, PlacedObservations(table, np.array(poses)), np.arange(2400)).flight
+    assert flight.steps[3].nosing[0, 2] == pytest.approx(4 * 0.17 + 0.012, abs=0.001)
+    assert flight.steps[3].num_observations == 2400
+
+
+# Overhang
+
+
+def test_overhang_is_the_mean_of_observations_that_know_it() -> None:
+    observations = observe_all(FLIGHT, POSES[:8], overhang=(0.030, 0.004))
+    observations += observe_all(FLIGHT, POSES[8:12], first_stamp=8, overhang=(0.002, 0.030))
+    observations += observe_all(FLIGHT, POSES[12:20], first_stamp=12, overhang=(0.0, float("nan")))
+    flight = fit(observations).flight
+    assert flight.overhang == pytest.approx(0.030, abs=0.001)
+    assert 0.002 < flight.std.overhang < 0.010
+
+
+def test_overhang_is_unknown_where_no_observation_knows_it() -> None:
+    flight = fit(observe_all(FLIGHT, POSES[:8])).flight
+    assert np.isnan([flight.overhang, flight.std.overhang]).all()
+
+
+# Ends
+
+
+def test_a_flight_says_which_of_its_ends_were_seen() -> None:
+    for floor, top in ((True, False), (False, True), (True, True), (False, False)):
+        flight = fit(observe_all(FLIGHT, POSES[:5], floor_seen=floor, top_seen=top)).flight
+        assert (flight.bottom_seen, flight.top_seen) == (floor, top)
+
+
+def test_the_top_of_views_that_saw_fewer_steps_is_theirs() -> None:
+    observations = observe_all(FLIGHT, POSES[:6], steps=range(5), floor_seen=True)
+    observations += observe_all(FLIGHT, POSES[6:12], first_stamp=6, steps=range(2, 8), top_seen=True)
+    flight = fit(observations).flight
+    assert (flight.num_risers, flight.bottom_seen, flight.top_seen) == (8, True, True)
+
+
+# What counts for the confirmation
+
+
+@pytest.mark.parametrize(("error", "agrees"), [(0.0155, True), (0.0165, False)])
+@pytest.mark.parametrize("name", ["rise", "run"])
+def test_an_observation_agrees_within_10_mm_and_three_deviations(
+    name: str, error: float, agrees: bool
+) -> None:
+    observations = observe_all(FLIGHT, POSES[:20])
+    off = observations[4]
+    object.__setattr__(off, name, getattr(off, name) + error)
+    assert fit(observations).num_agreeing == (20 if agrees else 19)
+
+
+@pytest.mark.parametrize(("std", "num_precise"), [(0.0064, 5), (0.0066, 0)])
+def test_an_observation_that_measured_its_rise_badly_confirms_nothing(std: float, num_precise: int) -> None:
+    observations = observe_all(FLIGHT, POSES[:5])
+    for observation in observations:
+        covariance = observation.covariance.copy()
+        covariance[0, 0] = std**2
+        object.__setattr__(observation, "covariance", covariance)
+    fitted = fit(observations)
+    assert (fitted.num_precise, fitted.num_agreeing) == (num_precise, 5)
+
+
+# Deviations of the place
+
+
+def test_a_base_far_below_what_most_saw_is_less_sure_by_rise_and_run() -> None:
+    tall = make_flight(heading=0.9, num_risers=16)
+    near = fit(observe_all(tall, POSES[:20]) + observe_all(tall, POSES[20:], first_stamp=20)).flight
+    for upper, lower in ((range(10, 16), range(16)), (range(4, 16), range(8))):
+        above = observe_all(tall, POSES[:20], steps=upper)
+        far = fit(above + observe_all(tall, POSES[20:], first_stamp=20, steps=lower)).flight
+        assert near.num_risers == far.num_risers == 16
+        lever = upper[0] * 20 / 30
+        assert far.std.base[2] == pytest.approx(np.hypot(near.std.base[2], lever * far.std.rise), rel=0.02)
+
+
+def test_pitch_deviation_follows_from_those_of_rise_and_run() -> None:
+    std = fit(observe_all(FLIGHT, POSES, noise=0.01)).flight.std
+    pitch = FLIGHT.pitch
+    expected = np.hypot(std.rise * np.cos(pitch), std.run * np.sin(pitch)) / np.hypot(0.17, 0.28)
+    assert std.pitch == pytest.approx(expected, rel=0.02)
+
+
+def test_heading_is_weighted_by_how_well_each_frame_knows_it() -> None:
+    sure, vague = (
+        observe_all(FLIGHT, POSES[:1]),
+        observe_all(make_flight(heading=1.0), POSES[1:2], first_stamp=1),
+    )
+    for observation, std in ((sure[0], 0.002), (vague[0], 0.05)):
+        covariance = observation.covariance.copy()
+        covariance[5, 5] = std**2
+        object.__setattr__(observation, "covariance", covariance)
+    assert fit(sure + vague).flight.heading == pytest.approx(0.9, abs=0.006)

@@ -222,3 +222,104 @@ def test_a_mapped_stair_over_two_storeys_has_two_ids_that_stay() -> None:
     assert [(item.id, len(item.flights), len(item.landings)) for item in first] == [(1, 2, 1), (2, 2, 1)]
     assert [item.id for item in mapper.stairways(trajectory)] == [1, 2]
     assert first[1].flights[0].base[2] == pytest.approx(18 * 0.17, abs=0.02)
+
+
+FIRST = make_flight()
+TOP = np.array([2.0 + 7 * 0.28, 0.0, 8 * 0.17])
+
+
+def joins(along: float = 0.9, left: float = 0.0, up: float = 0.0, *, rise: float = 0.17) -> bool:
+    """Whether a flight whose foot lies there from the first one's top is joined to it."""
+    first = make_flight(rise=rise)
+    top = np.array([2.0 + 7 * 0.28, 0.0, 8 * rise])
+    return join_flights([first, make_flight(base=top + np.array([along, left, up]), rise=rise)]) == [[0, 1]]
+
+
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        ({"along": 2.95}, True),
+        ({"along": 3.05}, False),
+        ({"left": 2.8}, True),
+        ({"left": -2.9}, False),
+        ({"up": 0.101}, True),
+        ({"up": 0.103}, False),
+        ({"up": -0.101}, True),
+        ({"up": -0.103}, False),
+        ({"up": 0.119, "rise": 0.20}, True),
+        ({"up": 0.121, "rise": 0.20}, False),
+        ({"up": 0.099, "rise": 0.12}, True),
+        ({"up": 0.101, "rise": 0.12}, False),
+    ],
+)
+def test_a_flight_follows_when_its_foot_is_near_and_as_high_as_the_top(
+    place: dict[str, float], expected: bool
+) -> None:
+    assert joins(**place) is expected
+
+
+def test_of_two_flights_that_may_follow_the_nearest_does_and_height_counts_five_times() -> None:
+    near = make_flight(base=TOP + np.array([1.0, 0.0, 0.0]))
+    other = make_flight(base=TOP + np.array([0.0, 1.2, 0.0]), heading=np.pi / 2)
+    assert join_flights([FIRST, other, near]) == [[0, 2], [1]]
+    higher = make_flight(base=TOP + np.array([0.0, 0.7, 0.05]), heading=np.pi / 2)
+    assert join_flights([FIRST, higher, near]) == [[0, 1], [2]]
+    highest = make_flight(base=TOP + np.array([0.0, 0.7, 0.07]), heading=np.pi / 2)
+    assert join_flights([FIRST, highest, near]) == [[0, 2], [1]]
+
+
+def test_one_flight_follows_one_other() -> None:
+    second = make_flight(base=FIRST.base + np.array([0.0, 1.3, 0.0]))
+    above = make_flight(base=TOP + np.array([0.9, 0.3, 0.0]))
+    assert join_flights([FIRST, second, above]) == [[0, 2], [1]]
+
+
+def test_flights_that_follow_each_other_in_a_circle_are_a_chain() -> None:
+    # A single riser up and its like beside it: each begins near the other's top.
+    low = make_flight(base=np.zeros(3), num_risers=1, rise=0.1)
+    beside = make_flight(base=np.array([0.5, 0.0, 0.05]), num_risers=1, rise=0.1)
+    (chain,) = join_flights([low, beside])
+    assert sorted(chain) == [0, 1]
+
+
+@pytest.mark.parametrize(("rise", "begins"), [(2.25 / 15, [0]), (2.35 / 15, [0, 1])])
+def test_a_flight_of_a_storey_is_cut_from_the_next(rise: float, begins: list[int]) -> None:
+    assert find_storeys(half_turns(15, 15, rise=rise)) == begins
+
+
+@pytest.mark.parametrize(("offset", "begins"), [(0.95, [0, 2]), (1.05, [0])])
+def test_a_flight_stands_over_another_within_a_metre(offset: float, begins: list[int]) -> None:
+    flights = half_turns(9, 9, 9)
+    moved = make_flight(base=flights[2].base + np.array([offset, 0.0, 0.0]), num_risers=9)
+    assert find_storeys([*flights[:2], moved]) == begins
+
+
+@pytest.mark.parametrize(("turn_deg", "begins"), [(24.0, [0, 2]), (-24.0, [0, 2]), (26.0, [0])])
+def test_a_flight_stands_over_another_that_heads_the_same_way(turn_deg: float, begins: list[int]) -> None:
+    flights = half_turns(9, 9, 9)
+    turned = make_flight(base=flights[2].base, heading=np.radians(turn_deg), num_risers=9)
+    assert find_storeys([*flights[:2], turned]) == begins
+
+
+@pytest.mark.parametrize(("num_risers", "begins"), [(6, [0]), (7, [0, 2])])
+def test_a_storey_must_have_been_climbed_before_stairs_repeat(num_risers: int, begins: list[int]) -> None:
+    # Two flights of six or seven risers: 2.04 and 2.38 m.
+    assert find_storeys(half_turns(num_risers, num_risers, num_risers)) == begins
+
+
+def test_a_straight_landing_ends_at_the_foot_of_the_next_flight() -> None:
+    upper = make_flight(base=TOP + np.array([1.1, 0.0, 0.0]))
+    landing = make_landing(FIRST, upper)
+    assert landing.size == pytest.approx((1.1, 1.2))
+    np.testing.assert_allclose(landing.center, TOP + np.array([0.55, 0.0, 0.0]), atol=1e-9)
+
+
+def test_a_landing_where_the_flights_turn_is_as_deep_as_the_wider_one() -> None:
+    upper = make_flight(base=TOP + np.array([0.3, 0.5, 0.0]), heading=np.pi / 2, width=0.9)
+    assert make_landing(FIRST, upper).size[0] == pytest.approx(1.2)
+    wider = make_flight(base=TOP + np.array([0.3, 0.5, 0.0]), heading=np.pi / 2, width=2.0)
+    assert make_landing(FIRST, wider).size[0] == pytest.approx(2.0)
+
+
+def test_a_landing_has_a_length_even_where_two_flights_meet() -> None:
+    assert make_landing(FIRST, make_flight(base=TOP)).size[0] == pytest.approx(0.1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -85,3 +86,90 @@ def test_positions_along_a_heading_are_forward_left_and_up() -> None:
     np.testing.assert_allclose(placed.in_axes(0.0), [[2.0, 5.0, 1.17]], atol=1e-9)
     np.testing.assert_allclose(placed.in_axes(np.pi / 2), [[5.0, -2.0, 1.17]], atol=1e-9)
     assert placed.in_axes(0.0, np.zeros(0, dtype=np.int64)).shape == (0, 3)
+
+
+def test_edges_of_some_observations_come_in_their_order() -> None:
+    table = ObservationTable()
+    for index in range(6):
+        table.add(observe(FLIGHT, POSE, index, steps=range(2 + index), edge_std=(0.002, 0.001)))
+    for members in ([0, 2, 5], [1, 2, 3], [4], [0], []):
+        chosen = np.array(members, dtype=np.int64)
+        edges, owner = table.edges_of(chosen)
+        expected = table.edges[np.isin(table.edges["observation"], chosen)]
+        np.testing.assert_array_equal(edges, expected)
+        np.testing.assert_array_equal(chosen[owner], expected["observation"])
+
+
+def test_what_a_detector_states_of_edges_and_overhang_is_kept() -> None:
+    table = ObservationTable()
+    table.add(observe(FLIGHT, POSE, 0, edge_std=(0.004, 0.002), overhang=(0.03, 0.005)))
+    table.add(observe(FLIGHT, POSE, 1))
+    assert table.observations["overhang"][0] == 0.03
+    assert table.observations["overhang_std"] == pytest.approx([0.005, np.nan], nan_ok=True)
+    assert table.edges["forward_std"][0] == pytest.approx(0.004)
+    assert table.edges["up_std"][0] == pytest.approx(0.002)
+    assert np.isnan(table.edges["up_std"][-1])
+
+
+def without_fields(records: Any, *names: str) -> Any:
+    """Records as they were before some fields came in."""
+    kept = np.dtype([(name, records.dtype[name]) for name in records.dtype.names if name not in names])
+    old = np.zeros(len(records), dtype=kept)
+    for name in kept.names or ():
+        old[name] = records[name]
+    return old
+
+
+def test_records_of_the_first_version_are_read_and_what_they_lack_is_unknown() -> None:
+    table = ObservationTable()
+    for index in range(3):
+        table.add(observe(FLIGHT, POSE, index, edge_std=(0.004, 0.002), overhang=(0.03, 0.005)))
+    old = ObservationTable.from_records(
+        without_fields(table.observations, "overhang", "overhang_std"),
+        without_fields(table.edges, "forward_std", "up_std"),
+    )
+    assert np.isnan(old.observations["overhang_std"]).all()
+    assert np.isnan(old.edges["up_std"]).all()
+    np.testing.assert_array_equal(old.observations["rise"], table.observations["rise"])
+    np.testing.assert_array_equal(old.edges["forward"], table.edges["forward"])
+    edges, _ = old.edges_of(np.array([1]))
+    assert (edges["observation"] == 1).all()
+    old.add(observe(FLIGHT, POSE, 3, edge_std=(0.004, 0.002)))
+    assert old.edges_of(np.array([3]))[0]["up_std"] == pytest.approx(0.002)
+
+
+def test_records_with_other_fields_are_refused() -> None:
+    table = ObservationTable()
+    table.add(observe(FLIGHT, POSE, 0))
+    with pytest.raises(ValueError, match="observations have the fields"):
+        ObservationTable.from_records(without_fields(table.observations, "rise"), table.edges)
+    with pytest.raises(ValueError, match="edges have the fields"):
+        ObservationTable.from_records(table.observations, without_fields(table.edges, "index", "up_std"))
+    other = table.observations.astype(
+        [(name, np.float32 if name == "rise" else table.observations.dtype[name])
+         for name in table.observations.dtype.names or ()]
+    )  # fmt: skip
+    with pytest.raises(ValueError, match="field rise is float32"):
+        ObservationTable.from_records(other, table.edges)
+
+
+def test_edges_out_of_order_are_refused() -> None:
+    table = ObservationTable()
+    for index in range(3):
+        table.add(observe(FLIGHT, POSE, index))
+    with pytest.raises(ValueError, match="not in the order"):
+        ObservationTable.from_records(table.observations, table.edges[::-1])
+
+
+def test_placing_tells_which_observations_moved() -> None:
+    table = ObservationTable()
+    for index in range(3):
+        table.add(observe(FLIGHT, POSE, index))
+    placed = PlacedObservations(table)
+    poses = np.array([POSE] * 3)
+    assert placed.place(np.arange(3), poses).all()
+    assert not placed.place(np.arange(3), poses).any()
+    poses[1] = turned_map(0.0, (0.0, 0.0, 1e-9)) @ POSE
+    np.testing.assert_array_equal(placed.place(np.arange(3), poses), [False, True, False])
+    poses[2] = turned_map(1e-9, (0.0, 0.0, 0.0)) @ POSE
+    np.testing.assert_array_equal(placed.place(np.arange(3), poses), [False, False, True])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ideal_observations import make_flight, observe_all, poses_before, the_only, trajectory_of
 from stairmap.config import load_config
 from stairmap.modeling.mapper import StairwayMapper
-from stairmap.modeling.pose_drift import travelled_at, widened_by_drift
+from stairmap.modeling.pose_drift import CameraWay, travelled_at, widened_by_drift
 from stairmap.trajectory import Trajectory
 
 FLIGHT = make_flight()
@@ -41,6 +43,34 @@ def test_shaking_adds_little_to_the_way():
 
 def test_a_camera_that_stands_has_no_way():
     assert travelled_at(straight_way(1, step=0.0), np.array([0]))[0] == 0.0
+
+
+def test_a_way_of_short_hops_is_counted_from_where_the_last_long_one_ended():
+    # 0.09 m there and back is shaking; 0.11 m is a hop.
+    for hop, expected in ((0.09, 0.09), (0.11, 0.44)):
+        poses = np.tile(np.eye(4), (5, 1, 1))
+        poses[:, 0, 3] = [0.0, hop, 0.0, hop, 0.0]
+        there_and_back = Trajectory(stamps_ns=np.arange(5) * 100, map_from_camera=poses)
+        assert travelled_at(there_and_back, np.array([400]))[0] == pytest.approx(expected)
+
+
+def test_a_trajectory_that_goes_on_has_the_way_of_the_whole():
+    whole = straight_way(101, step=0.03, shake=0.02)
+    stamps = np.array([0, 1234, 5000, 10_000])
+    way = CameraWay()
+    for num in (1, 7, 8, 50, 101):
+        part = Trajectory(stamps_ns=whole.stamps_ns[:num], map_from_camera=whole.map_from_camera[:num])
+        way.follow(part, goes_on=num > 1)
+    np.testing.assert_array_equal(way.until(stamps), travelled_at(whole, stamps))
+    way.follow(straight_way(11, step=0.2), goes_on=False)
+    assert way.until(np.array([1000]))[0] == pytest.approx(2.0)
+
+
+def test_drift_adds_to_what_is_known_of_place_and_heading_by_squares():
+    flight = make_flight(std=replace(FLIGHT.std, base=np.array([0.3, 0.4, 0.0]), heading=0.03))
+    widened = widened_by_drift(flight, 10.0, drift=0.04, heading_drift=0.004)
+    assert widened.std.base == pytest.approx([0.5, np.hypot(0.4, 0.4), 0.4])
+    assert widened.std.heading == pytest.approx(0.05)
 
 
 def test_place_and_heading_are_as_uncertain_as_the_drift():

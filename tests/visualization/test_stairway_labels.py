@@ -33,6 +33,13 @@ def test_width_with_an_unseen_end_is_a_lower_bound(flight):
     assert "≥" not in flight_measures(flight)[-1]
 
 
+def test_risers_of_a_flight_with_an_unseen_end_are_a_lower_bound(flight):
+    open_above = dataclasses.replace(flight, bottom_seen=True, top_seen=False)
+    closed = dataclasses.replace(flight, bottom_seen=True, top_seen=True)
+    assert flight_measures(open_above)[0].startswith(f"≥ {flight.num_risers} risers")
+    assert flight_measures(closed)[0].startswith(f"{flight.num_risers} risers")
+
+
 def test_flights_are_counted_only_where_there_are_several(stairway, turning_stairway):
     assert flight_title(stairway, 0) == "stairway 1"
     assert flight_title(turning_stairway, 1) == "stairway 2, flight 2 of 2"

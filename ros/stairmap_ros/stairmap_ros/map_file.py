@@ -23,7 +23,11 @@ from stairmap.stairway import Stairway
 from stairmap_ros.stairway_map import MapSnapshot, StairwayMap
 from stairmap_ros.viewpoints import index_stamps_ns
 
-SCHEMA = 1
+SCHEMA = 2
+"""Version of the file that is written."""
+
+READABLE_SCHEMAS = (1, 2)
+"""Versions that are read; 1 knows no looks, overhang and deviations of single steps."""
 
 
 class MapFileError(StairmapError):
@@ -61,9 +65,10 @@ def load_map(path: Path, stairway_map: StairwayMap, *, map_frame: str) -> int:
     try:
         with np.load(path, allow_pickle=False) as arrays:
             schema, saved_frame = int(arrays["schema"]), str(arrays["map_frame"])
-            if schema != SCHEMA:
+            if schema not in READABLE_SCHEMAS:
+                known = " and ".join(str(readable) for readable in READABLE_SCHEMAS)
                 raise MapFileError(
-                    f"map_file {path} has schema {schema}, this node reads {SCHEMA}; name another map_file"
+                    f"map_file {path} has schema {schema}, this node reads {known}; name another map_file"
                 )
             if saved_frame != map_frame:
                 raise MapFileError(
@@ -75,6 +80,7 @@ def load_map(path: Path, stairway_map: StairwayMap, *, map_frame: str) -> int:
                 edges=arrays["edges"],
                 ids=arrays["ids"],
                 next_id=int(arrays["next_id"]),
+                **({"looks": arrays["looks"]} if schema > 1 else {}),
             )
             poses = arrays["map_from_camera"]
             state = MapSessionState(
@@ -111,6 +117,7 @@ def save_map(path: Path, snapshot: MapSnapshot, *, map_frame: str) -> None:
                 edges=state.edges,
                 ids=state.ids,
                 next_id=state.next_id,
+                looks=state.looks,
                 stamps_ns=snapshot.stamps_ns,
                 map_from_camera=snapshot.state.map_from_camera,
             )

@@ -140,7 +140,12 @@ def _describe(
 ) -> dict[str, Any]:
     values: dict[str, Any] = {
         "floors": [
-            {"level": floor.level, "height": floor.height, "is_explored": floor.is_explored}
+            {
+                "level": floor.level,
+                "height": floor.height,
+                "is_explored": floor.is_explored,
+                "is_open": floor.is_open,
+            }
             for floor in floors.floors
         ],
         "portals": [portal.to_dict() for portal in portals],

@@ -16,7 +16,6 @@ import numpy as np
 from stairmap.arrays import Float64Array, IntArray, Vector, readonly
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.profile import Optics, Prediction, StairProfile, outline_of, tabulate
-from stairmap.detection.rise_information import EDGE_SHIFT_STD
 from stairmap.geometry import cross, normalized
 
 REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "slope")
@@ -38,6 +37,9 @@ RAKE_STD = 0.02
 
 SLOPE_STD = 0.008
 """Treads drain with 1 to 2 % against the ground, most not at all, m per m."""
+
+EDGE_SHIFT_STD = 2.0
+"""Sensors that match windows move edges outward by up to half a window: standard deviation, rows."""
 
 TURN_STD = np.radians(10.0)
 """The heading is known from normals or lines to a few degrees, rad."""

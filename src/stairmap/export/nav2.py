@@ -77,7 +77,9 @@ def route_graph_from_portals(
         ):
             on_floor.setdefault(level, []).append(len(nodes))
             ends.append(len(nodes))
+            is_open = portal.is_lower_open if name == "lower" else portal.is_upper_open
             nodes.append(_node(len(nodes), portal, name, level, pose, frame_id))
+            nodes[-1]["properties"]["metadata"]["is_open"] = is_open
         edges += [
             _stair_edge(portal, "up", ends[0], ends[1], portal.cost_up, portal.way),
             _stair_edge(portal, "down", ends[1], ends[0], portal.cost_down, portal.way[::-1]),

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from stairmap.stairway import Stairway
+from stairmap.stairway import Flight, Stairway
 
 COLUMNS: tuple[str, ...] = (
     "id",
@@ -31,7 +31,9 @@ class StairwayRow:
     """One flight of one stairway, in the units that people read: mm, deg, and m for positions.
 
     Each ``_std`` is one standard deviation; NaN where the method gives none. ``ends_seen`` says which
-    sides of the steps were seen; unless it is ``both``, the width is a lower bound.
+    sides of the steps were seen; unless it is ``both``, the width is a lower bound. ``levels_seen`` says
+    whether the floor before the first riser (``bottom``) and the level behind the last nosing (``top``) were;
+    unless it is ``both``, so is the number of risers; ``unknown`` where nothing tells, as in older files.
     """
 
     stairway_id: int
@@ -47,6 +49,7 @@ class StairwayRow:
     pitch_deg: float
     pitch_std_deg: float
     num_risers: int
+    levels_seen: Literal["both", "bottom", "top", "none", "unknown"]
     heading_deg: float
     base: tuple[float, float, float]
     num_observations: int
@@ -60,9 +63,9 @@ class StairwayRow:
             with_std(self.rise_mm, self.rise_std_mm),
             with_std(self.run_mm, self.run_std_mm),
             bound + with_std(self.width_mm, self.width_std_mm),
-            self.ends_seen,
+            self.ends_seen if self.levels_seen == "unknown" else f"{self.ends_seen}; {self.levels_seen}",
             with_std(self.pitch_deg, self.pitch_std_deg, digits=1),
-            str(self.num_risers),
+            _bounded(self.num_risers, self.levels_seen),
             f"{self.heading_deg:.1f}",
             ", ".join(f"{value:.2f}" for value in self.base),
             str(self.num_observations),
@@ -92,6 +95,7 @@ def stairway_rows(stairways: Sequence[Stairway]) -> list[StairwayRow]:
             pitch_deg=float(np.degrees(flight.pitch)),
             pitch_std_deg=float(np.degrees(flight.std.pitch)),
             num_risers=flight.num_risers,
+            levels_seen=_levels_seen(flight),
             heading_deg=float(np.degrees(flight.heading)),
             base=(float(flight.base[0]), float(flight.base[1]), float(flight.base[2])),
             num_observations=stairway.num_observations,
@@ -99,6 +103,23 @@ def stairway_rows(stairways: Sequence[Stairway]) -> list[StairwayRow]:
         for stairway in stairways
         for number, flight in enumerate(stairway.flights, start=1)
     ]
+
+
+def risers_text(flight: Flight) -> str:
+    """Return the number of risers; a lower bound where an end of the flight was not seen."""
+    return _bounded(flight.num_risers, _levels_seen(flight))
+
+
+def _bounded(num_risers: int, levels_seen: str) -> str:
+    return ("" if levels_seen in {"both", "unknown"} else "≥ ") + str(num_risers)
+
+
+def _levels_seen(flight: Flight) -> Literal["both", "bottom", "top", "none", "unknown"]:
+    if flight.bottom_seen is None and flight.top_seen is None:
+        return "unknown"
+    if flight.bottom_seen:
+        return "both" if flight.top_seen else "bottom"
+    return "top" if flight.top_seen else "none"
 
 
 def format_table(stairways: Sequence[Stairway]) -> str:
@@ -134,7 +155,10 @@ def format_summary(
     """
     parts = [f"{num_frames} frames, stair edges seen in {num_detections}\n", format_table(stairways)]
     if stairways:
-        parts.append("± is one standard deviation; ≥ where an end of the steps was not seen\n")
+        parts.append(
+            "± is one standard deviation; ≥ where an end was not seen. Ends seen: sides of the steps;\n"
+            "levels at the bottom and the top of the flight, which otherwise may go on there\n"
+        )
     for title, lines in (("why frames gave no stairway", reasons), ("problems of the recording", problems)):
         if lines:
             parts.append("\n".join([f"{title}:", *(f"  {line}" for line in lines)]) + "\n")

@@ -7,9 +7,12 @@ an observation's lowest step need not be the flight's first.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
-from stairmap.arrays import IntArray, Mask
+from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.modeling.observation_table import PlacedObservations
 
 MAX_HEADING_DIFFERENCE = np.radians(20.0)
@@ -25,63 +28,179 @@ puts the next flight 0.4 m off."""
 MAX_GAP_STEPS = 3.0
 """Largest number of unseen steps between the ranges of two observations."""
 
+MIN_OVERLAP_SHARE = 0.3
+"""Two observations overlap laterally in this share of the narrower one: a flight beside it does not, and one
+that a frame cut does."""
 
-def find_flights(placed: PlacedObservations, known: IntArray) -> list[IntArray]:
+RISE_STD_COST = 20.0
+"""Steps that an observation must have more to be as good as one whose rise is surer by 1 m: one for 50 mm."""
+
+REACH_MARGIN = 1.3
+"""Two observations are of one flight only where their reaches meet; a reach is this much longer than the
+observation's own step makes it, because the other's step may be longer within the limits above."""
+
+ROUNDING = 1e-6
+"""By how much boxes are larger than the reach that they hold, m."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ObservationGroup:
+    """Observations of one flight.
+
+    Attributes
+    ----------
+    members
+        (M,) their indices, ascending.
+    seed, seed_quality
+        The observation that the group began with, and how good it is: groups begin with the best one left.
+    low, high
+        (3,) corners of the box of all that its members can be of one flight with, m, map.
+    """
+
+    members: IntArray
+    seed: int
+    seed_quality: float
+    low: Float64Array
+    high: Float64Array
+
+
+def find_groups(placed: PlacedObservations, chosen: IntArray) -> list[ObservationGroup]:
     """Group observations by flight.
 
     The observation with the most steps among those left starts a flight; all that fit it
     join; the flight's most typical member then gathers once more.
 
+    Observations whose reaches do not meet never fit. So a set of observations that no other can fit gives the
+    same groups by itself as among all (``close_groups``).
+
     Parameters
     ----------
     placed
         Observations in the map.
-    known
-        Indices of those that have a pose; the others belong nowhere.
+    chosen
+        (M,) indices of those to group, ascending: all that have a pose, or a set as above.
 
     Returns
     -------
-    Indices of the observations of each flight, ascending, largest flight first.
+    The groups in the order of their seeds, the best first.
     """
-    free = np.zeros(len(placed), dtype=bool)
-    free[known] = True
-    quality = placed.records["num_steps"] - 20.0 * np.sqrt(placed.records["rise_variance"])
-    flights = []
-    while free.any():
-        candidates = np.flatnonzero(free)
-        seed = int(candidates[np.argmax(quality[candidates])])
-        members = np.flatnonzero(free & _fits(placed, seed))
+    reach = Reach(placed, chosen)
+    records = placed.records
+    quality = records["num_steps"][chosen] - RISE_STD_COST * np.sqrt(records["rise_variance"][chosen])
+    free = np.arange(len(chosen))
+    groups = []
+    while len(free):
+        seed = int(free[np.argmax(quality[free])])
+        fits = _fits(placed, reach, seed, free)
+        members = free[fits]
         if len(members) > 2:
             # A member nearest to the median sees the whole group best.
-            center = np.median(placed.origin[members], axis=0)
-            typical = members[np.argmin(np.linalg.norm(placed.origin[members] - center, axis=1))]
-            members = np.union1d(members, np.flatnonzero(free & _fits(placed, int(typical))))
-        free[members] = False
-        flights.append(members)
-    flights.sort(key=len, reverse=True)
-    return flights
+            origin = placed.origin[chosen[members]]
+            center = np.median(origin, axis=0)
+            typical = int(members[np.argmin(np.linalg.norm(origin - center, axis=1))])
+            fits |= _fits(placed, reach, typical, free)
+            members = free[fits]
+        free = free[~fits]
+        groups.append(
+            ObservationGroup(
+                members=chosen[members],
+                seed=int(chosen[seed]),
+                seed_quality=float(quality[seed]),
+                low=reach.low[members].min(axis=0),
+                high=reach.high[members].max(axis=0),
+            )
+        )
+    return groups
 
 
-def _fits(placed: PlacedObservations, seed: int) -> Mask:
-    """Which observations may be of the same flight as one of them."""
-    records, one = placed.records, placed.records[seed]
-    turn = (placed.heading - placed.heading[seed] + np.pi) % (2 * np.pi) - np.pi
+class Reach:
+    """How far observations can find others of their flight: balls about the middle of what they saw.
+
+    Attributes
+    ----------
+    chosen
+        (M,) indices of the observations.
+    center, radius
+        (M, 3) and (M,), m, map.
+    low, high
+        (M, 3) corners of boxes that hold them.
+    """
+
+    def __init__(self, placed: PlacedObservations, chosen: IntArray) -> None:
+        self.chosen = chosen
+        records, heading = placed.records, placed.heading[chosen]
+        left, right = records["left"][chosen], records["right"][chosen]
+        rise, run = records["rise"][chosen], records["run"][chosen]
+        half, side = 0.5 * (records["num_steps"][chosen] - 1), 0.5 * (left + right)
+        cosine, sine = np.cos(heading), np.sin(heading)
+        self.center = placed.origin[chosen] + np.stack(
+            [half * run * cosine - side * sine, half * run * sine + side * cosine, half * rise], axis=1
+        )
+        self.radius = np.asarray(
+            (half + MAX_GAP_STEPS) * REACH_MARGIN * np.hypot(run, rise)
+            + 0.5 * np.abs(left - right)
+            + MAX_LINE_OFFSET
+        )
+        half_size = self.radius[:, None] + ROUNDING
+        self.low, self.high = self.center - half_size, self.center + half_size
+
+
+def close_groups(
+    groups: Sequence[ObservationGroup], touched: Mask, low: Float64Array, high: Float64Array
+) -> Mask:
+    """Tell which groups can change when some of them do and observations come in.
+
+    Parameters
+    ----------
+    groups
+        What there is.
+    touched
+        (G,) which of them change for certain.
+    low, high
+        (C, 3) corners of the reach of each observation that comes in.
+
+    Returns
+    -------
+    (G,) those, and all groups that are in reach of them, one through the other.
+    """
+    lows = np.array([group.low for group in groups]).reshape(-1, 3)
+    highs = np.array([group.high for group in groups]).reshape(-1, 3)
+    result = touched | _do_meet(lows, highs, low, high)
+    fresh = result
+    while fresh.any():
+        fresh = _do_meet(lows, highs, lows[fresh], highs[fresh]) & ~result
+        result = result | fresh
+    return np.asarray(result)
+
+
+def _do_meet(lows: Float64Array, highs: Float64Array, low: Float64Array, high: Float64Array) -> Mask:
+    """Which of (G,) boxes meet any of (C,) others."""
+    meets = np.all((lows[:, None] <= high) & (low <= highs[:, None]), axis=2)
+    return np.asarray(np.any(meets, axis=1))
+
+
+def _fits(placed: PlacedObservations, reach: Reach, seed: int, others: IntArray) -> Mask:
+    """Which of some observations may be of the same flight as one; all by their place in ``reach``."""
+    seed_index, indices = int(reach.chosen[seed]), reach.chosen[others]
+    records, one = placed.records, placed.records[seed_index]
+    turn = (placed.heading[indices] - placed.heading[seed_index] + np.pi) % (2 * np.pi) - np.pi
     fits = np.abs(turn) < MAX_HEADING_DIFFERENCE
     for name in ("rise", "run"):
-        std = np.sqrt(records[f"{name}_variance"] + one[f"{name}_variance"])
-        fits &= np.abs(records[name] - one[name]) < MAX_STEP_DIFFERENCE + 2.0 * std
-    axes = placed.in_axes(float(placed.heading[seed]))
-    along, left, up = (axes - axes[seed]).T
+        std = np.sqrt(records[f"{name}_variance"][indices] + one[f"{name}_variance"])
+        fits &= np.abs(records[name][indices] - one[name]) < MAX_STEP_DIFFERENCE + 2.0 * std
+    axes = placed.in_axes(float(placed.heading[seed_index]), np.append(indices, seed_index))
+    along, left, up = (axes[:-1] - axes[-1]).T
     rise, run = one["rise"], one["run"]
     pitch = np.arctan2(rise, run)
     offset = up * np.cos(pitch) - along * np.sin(pitch)
     fits &= np.abs(offset) < MAX_LINE_OFFSET
     first = (along * run + up * rise) / (run**2 + rise**2)
-    last = first + records["num_steps"] - 1
+    last = first + records["num_steps"][indices] - 1
     fits &= (first < one["num_steps"] - 1 + MAX_GAP_STEPS) & (last > -MAX_GAP_STEPS)
-    overlap = np.minimum(left + records["left"], one["left"]) - np.maximum(
-        left + records["right"], one["right"]
-    )
-    narrower = np.minimum(records["left"] - records["right"], one["left"] - one["right"])
-    fits &= overlap > 0.3 * narrower
+    left_end, right_end = records["left"][indices], records["right"][indices]
+    overlap = np.minimum(left + left_end, one["left"]) - np.maximum(left + right_end, one["right"])
+    narrower = np.minimum(left_end - right_end, one["left"] - one["right"])
+    fits &= overlap > MIN_OVERLAP_SHARE * narrower
+    between = np.linalg.norm(reach.center[others] - reach.center[seed], axis=1)
+    fits &= between <= reach.radius[others] + reach.radius[seed]
     return np.asarray(fits)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from stairmap.arrays import Mask
 from stairmap.modeling.fitting import FittedFlight
 from stairmap.stairway import Flight
 from stairmap.transforms import invert_transform, transform_points
@@ -15,17 +18,33 @@ MARGIN = 0.25
 """How far outside the better flight's box, m, the nosings of a poor view of it may lie."""
 
 
-def without_duplicates(fitted: list[FittedFlight]) -> list[FittedFlight]:
+def without_duplicates(fitted: Sequence[FittedFlight]) -> list[FittedFlight]:
     """Drop each flight most of whose nosings lie on a flight with more observations.
 
     Flights are told apart by dimension too, so a few frames that measured a step badly make a
     second flight in the same place; it is withdrawn here.
     """
-    kept: list[FittedFlight] = []
-    for item in sorted(fitted, key=lambda candidate: -len(candidate.members)):
-        if not any(_lies_on(item.flight, other.flight) for other in kept):
-            kept.append(item)
-    return kept
+    ranked = sorted(fitted, key=lambda candidate: -len(candidate.members))
+    are_near = _find_near([item.flight for item in ranked])
+    kept: list[int] = []
+    for index, item in enumerate(ranked):
+        rivals = (ranked[other].flight for other in kept if are_near[index, other])
+        if not any(_lies_on(item.flight, rival) for rival in rivals):
+            kept.append(index)
+    return [ranked[index] for index in kept]
+
+
+def _find_near(flights: Sequence[Flight]) -> Mask:
+    """(F, F) which flights can have nosings on each other at all: most have not, and looking costs time."""
+    base = np.array([flight.base for flight in flights]).reshape(-1, 3)
+    rise, run, width, heading, num = np.array(
+        [(flight.rise, flight.run, flight.width, flight.heading, flight.num_risers) for flight in flights]
+    ).reshape(-1, 5).T  # fmt: skip
+    half = np.stack([num * run, num * rise], axis=1) / 2
+    center = base + np.stack([half[:, 0] * np.cos(heading), half[:, 0] * np.sin(heading), half[:, 1]], axis=1)
+    radius = np.linalg.norm(half, axis=1) + width / 2 + run + rise + MARGIN
+    apart = np.linalg.norm(center[:, None] - center, axis=2)
+    return np.asarray(apart < radius[:, None] + radius)
 
 
 def _lies_on(flight: Flight, other: Flight) -> bool:

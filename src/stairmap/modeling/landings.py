@@ -18,7 +18,13 @@ from stairmap.stairway import Flight, Landing
 from stairmap.transforms import invert_transform, transform_points
 
 MAX_LANDING_STEP = 0.10
-"""Largest difference between the top of one flight and the foot of the next, m."""
+"""Largest difference between the top of one flight and the foot of the next, m ..."""
+
+LANDING_STEP_SHARE = 0.6
+"""... or this share of the rise, if that is more: a riser at either end may have been missed by half."""
+
+STEP_COST = 5.0
+"""Among flights that may follow, a metre of height counts as so many metres of way."""
 
 MAX_LANDING_LENGTH = 3.0
 """Largest level distance between the end of one flight and the foot of the next, m."""
@@ -39,7 +45,7 @@ def top_of(flight: Flight) -> Vector:
     return np.asarray(transform_points(flight.map_from_flight, local))
 
 
-def join_flights(flights: list[Flight]) -> list[list[int]]:
+def join_flights(flights: Sequence[Flight]) -> list[list[int]]:
     """Chain flights that a landing joins, each chain from the lowest flight up to the next floor.
 
     A flight follows another when its foot is as high as the other's top and near it, and the landing between
@@ -51,16 +57,7 @@ def join_flights(flights: list[Flight]) -> list[list[int]]:
     """
     following: dict[int, int] = {}
     taken: set[int] = set()
-    pairs = []
-    for below, lower in enumerate(flights):
-        for above, upper in enumerate(flights):
-            if below != above:
-                top, foot = top_of(lower), upper.base
-                level = float(np.hypot(*(top - foot)[:2]))
-                step = abs(float(top[2] - foot[2]))
-                if step < max(MAX_LANDING_STEP, 0.6 * lower.rise) and level < MAX_LANDING_LENGTH:
-                    pairs.append((level + 5.0 * step, below, above))
-    for _, below, above in sorted(pairs):
+    for below, above in _find_neighbours(flights):
         if below not in following and above not in taken and not _reaches(following, above, below):
             following[below] = above
             taken.add(above)
@@ -73,6 +70,26 @@ def join_flights(flights: list[Flight]) -> list[list[int]]:
             begins = find_storeys([flights[index] for index in chain])
             chains += [chain[low:high] for low, high in zip(begins, [*begins[1:], len(chain)], strict=True)]
     return chains
+
+
+def _find_neighbours(flights: Sequence[Flight]) -> list[tuple[int, int]]:
+    """Pairs (below, above) of flights of which one begins where the other ends, the nearest first."""
+    if len(flights) < 2:
+        return []
+    feet = np.array([flight.base for flight in flights])
+    length = np.array([(flight.num_risers - 1) * flight.run for flight in flights])
+    height = np.array([flight.num_risers * flight.rise for flight in flights])
+    heading = np.array([flight.heading for flight in flights])
+    tops = feet + np.stack([length * np.cos(heading), length * np.sin(heading), height], axis=1)
+    between = tops[:, None] - feet
+    level, step = np.hypot(between[..., 0], between[..., 1]), np.abs(between[..., 2])
+    limit = np.maximum(MAX_LANDING_STEP, LANDING_STEP_SHARE * np.array([flight.rise for flight in flights]))
+    follows = (step < limit[:, None]) & (level < MAX_LANDING_LENGTH)
+    np.fill_diagonal(follows, False)
+    below, above = np.nonzero(follows)
+    cost = level[below, above] + STEP_COST * step[below, above]
+    order = np.lexsort((above, below, cost))
+    return list(zip(below[order].tolist(), above[order].tolist(), strict=True))
 
 
 def find_storeys(flights: Sequence[Flight]) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,20 +10,17 @@ import numpy as np
 from stairmap.arrays import IntArray
 from stairmap.config import Config
 from stairmap.detection.observation import StairObservation
-from stairmap.modeling.association import find_flights
 from stairmap.modeling.duplicates import without_duplicates
-from stairmap.modeling.fitting import FittedFlight, fit_flight
+from stairmap.modeling.fitting import FittedFlight
+from stairmap.modeling.flight_groups import FlightGroups, GroupFit
+from stairmap.modeling.known_poses import KnownPoses, PoseChange, PoseMemory
 from stairmap.modeling.landings import join_flights, make_landing
-from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
-from stairmap.modeling.pose_drift import travelled_at, widened_by_drift
+from stairmap.modeling.look_table import LOOK_FIELDS, LookTable
+from stairmap.modeling.looks import Look
+from stairmap.modeling.observation_table import ObservationTable
+from stairmap.modeling.pose_drift import CameraWay, widened_by_drift
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
-
-MIN_CONFIRMED_STEPS = 3
-"""A stairway is reported when so many of its steps were seen at least twice."""
-
-MIN_AGREEING_SHARE = 0.55
-"""Share of a flight's observations whose rise and run must agree with it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,12 +35,17 @@ class MapperState:
         (N,) id of the stairway that each observation belongs to, 0 for none.
     next_id
         Id of the next new stairway.
+    looks
+        Records of ``LOOK_FIELDS``.
     """
 
     observations: np.ndarray[tuple[int], np.dtype[np.void]]
     edges: np.ndarray[tuple[int], np.dtype[np.void]]
     ids: IntArray
     next_id: int
+    looks: np.ndarray[tuple[int], np.dtype[np.void]] = field(
+        default_factory=lambda: np.zeros(0, dtype=LOOK_FIELDS)
+    )
 
 
 class StairwayMapper:
@@ -53,6 +55,9 @@ class StairwayMapper:
     groups them into flights, and fits these; so a loop closure moves every stairway, and two that
     drift had torn apart become one again. Ids stay with the observations.
 
+    A query does anew what observations, looks and poses changed since the last one, and gives the same as one
+    that does everything anew, ids apart: these depend on what was reported before.
+
     Parameters
     ----------
     config
@@ -61,14 +66,30 @@ class StairwayMapper:
 
     def __init__(self, config: Config) -> None:
         self._config = config
-        self._table = ObservationTable()
-        self._ids: IntArray = np.zeros(0, dtype=np.int64)
         self._next_id = 1
+        self._start(ObservationTable(), LookTable(), np.zeros(0, dtype=np.int64))
+
+    def _start(self, table: ObservationTable, looks: LookTable, ids: IntArray) -> None:
+        """Go on from these, with nothing known of poses."""
+        self._table, self._looks, self._ids = table, looks, ids
+        self._groups = FlightGroups(table, min_observations=self._config.modeling.min_observations)
+        self._memory, self._way = PoseMemory(), CameraWay()
+        self._poses_of_observations, self._poses_of_looks = KnownPoses(), KnownPoses()
+        self._num_asked, self._num_looked = (0, 0), 0
+        self._answer: tuple[Stairway, ...] = ()
 
     def add(self, observation: StairObservation) -> None:
         """Take in one observation, at a cost that does not depend on how many came before."""
         if observation.edges:
             self._table.add(observation)
+
+    def add_look(self, look: Look) -> None:
+        """Take in what a frame saw of a stairway that was modelled before it (``look_at_stairways``).
+
+        A flight that the last looks at it missed is withdrawn (``look_table.is_withdrawn``); it comes back
+        when later observations or looks see it again.
+        """
+        self._looks.add(look)
 
     def state(self) -> MapperState:
         """Return a copy of what is known, ids included."""
@@ -79,6 +100,7 @@ class StairwayMapper:
             edges=self._table.edges.copy(),
             ids=ids,
             next_id=self._next_id,
+            looks=self._looks.records.copy(),
         )
 
     def restore(self, state: MapperState) -> None:
@@ -91,8 +113,11 @@ class StairwayMapper:
         """
         if len(state.ids) != len(state.observations):
             raise ValueError(f"{len(state.observations)} observations have {len(state.ids)} ids")
-        self._table = ObservationTable.from_records(state.observations, state.edges)
-        self._ids = np.array(state.ids, dtype=np.int64)
+        self._start(
+            ObservationTable.from_records(state.observations, state.edges),
+            LookTable.from_records(state.looks),
+            np.array(state.ids, dtype=np.int64),
+        )
         self._next_id = state.next_id
 
     def stairways(self, trajectory: Trajectory) -> tuple[Stairway, ...]:
@@ -101,55 +126,82 @@ class StairwayMapper:
         A flight is confirmed by three steps that were each seen twice, by
         ``modeling.min_observations`` observations that measured their rise well and agree with it,
         and by the agreement of more than half of all it has. It is withdrawn when later ones
-        disagree: views of a spiral do.
+        disagree: views of a spiral do; and when looks that must have seen it did not.
 
         Parameters
         ----------
         trajectory
-            Poses of the camera; observations without a pose in it are left out.
+            Poses of the camera; observations and looks without a pose in it are left out.
         """
-        if len(self._table) == 0:
-            return ()
-        stamps = self._table.observations["stamp_ns"]
-        known = np.flatnonzero(trajectory.has_pose(stamps))
-        if len(known) == 0:
-            return ()
-        poses = np.tile(np.eye(4), (len(stamps), 1, 1))
-        poses[known] = trajectory.poses_at(stamps[known])
-        placed = PlacedObservations(self._table, poses)
-        groups = find_flights(placed, known)
-        fitted = []
-        for members in groups:
-            if len(members) < self._config.modeling.min_observations:
-                continue
-            flight = fit_flight(self._table, placed, members)
-            if (
-                flight.num_confirmed_steps >= MIN_CONFIRMED_STEPS
-                and flight.num_precise >= self._config.modeling.min_observations
-                and flight.num_agreeing >= MIN_AGREEING_SHARE * len(members)
-            ):
-                fitted.append(self._with_drift(flight, trajectory))
-        return self._make_stairways(without_duplicates(fitted))
+        num_asked = (len(self._table), len(self._looks))
+        if num_asked == self._num_asked and self._memory.has_same(trajectory):
+            return self._answer
+        goes_on = self._memory.goes_on(trajectory)
+        stamps, look_stamps = self._table.observations["stamp_ns"], self._looks.records["stamp_ns"]
+        change = self._poses_of_observations.renew(stamps, trajectory, memory=self._memory, goes_on=goes_on)
+        look_change = self._poses_of_looks.renew(
+            look_stamps, trajectory, memory=self._memory, goes_on=goes_on
+        )
+        self._memory.keep(trajectory)
+        self._num_asked = num_asked
+        self._groups.renew(change)
+        groups = [item for item in self._groups.groups if item.fitted is not None]
+        self._look_again(groups, look_change)
+        self._widen(groups, trajectory, goes_on=goes_on)
+        fitted = [item.widened for item in groups if item.widened is not None and not item.is_withdrawn]
+        self._answer = self._make_stairways(without_duplicates(fitted))
+        return self._answer
 
-    def _with_drift(self, fitted: FittedFlight, trajectory: Trajectory) -> FittedFlight:
-        """The flight, its place and heading as uncertain as the configured drift makes them."""
+    def _look_again(self, groups: list[GroupFit], change: PoseChange) -> None:
+        """Compare the looks with the flights, as far as either is new."""
+        moved = self._looks.place(change.chosen, change.poses) & ~change.is_new
+        is_known = self._poses_of_looks.is_known
+        num = len(self._looks)
+        # A look that moved or came into the trajectory late may be of another flight now.
+        is_late = change.is_new & (change.chosen < self._num_looked)
+        if len(change.lost) or moved.any() or is_late.any():
+            for item in groups:
+                item.forget_looks()
+        self._num_looked = num
+        for item in groups:
+            if item.fitted is None or item.num_looks == num:
+                continue
+            chosen = item.num_looks + np.flatnonzero(is_known[item.num_looks :])
+            item.num_looks = num
+            chosen = chosen[self._looks.are_at(item.fitted.flight, chosen)]
+            if len(chosen):
+                records = self._looks.records[chosen]
+                seen = self._table.observations["stamp_ns"][item.group.members]
+                item.take_looks(records["stamp_ns"], records["is_absent"], seen)
+
+    def _widen(self, groups: list[GroupFit], trajectory: Trajectory, *, goes_on: bool) -> None:
+        """Make place and heading of flights as uncertain as the configured drift makes them."""
         modeling = self._config.modeling
         heading_drift = float(np.radians(modeling.pose_heading_drift_deg))
-        if modeling.pose_drift == 0 and heading_drift == 0:
-            return fitted
-        stamps = self._table.observations["stamp_ns"][fitted.members]
-        travelled = float(travelled_at(trajectory, stamps).mean())
-        flight = widened_by_drift(
-            fitted.flight, travelled, drift=modeling.pose_drift, heading_drift=heading_drift
-        )
-        return replace(fitted, flight=flight)
+        has_drift = modeling.pose_drift > 0 or heading_drift > 0
+        if has_drift:
+            self._way.follow(trajectory, goes_on=goes_on)
+        for item in groups:
+            if item.fitted is None or (item.widened is not None and (goes_on or not has_drift)):
+                continue
+            item.widened = item.fitted
+            if has_drift:
+                stamps = self._table.observations["stamp_ns"][item.group.members]
+                flight = widened_by_drift(
+                    item.fitted.flight,
+                    float(self._way.until(stamps).mean()),
+                    drift=modeling.pose_drift,
+                    heading_drift=heading_drift,
+                )
+                item.widened = replace(item.fitted, flight=flight)
 
     def _make_stairways(self, fitted: list[FittedFlight]) -> tuple[Stairway, ...]:
         """Join flights, give each stairway its id."""
         stamps = self._table.observations["stamp_ns"]
         previous = np.zeros(len(self._table), dtype=np.int64)
         previous[: len(self._ids)] = self._ids
-        self._ids = np.zeros(len(self._table), dtype=np.int64)
+        # What is not reported keeps its id, for the case that it comes back.
+        self._ids = previous.copy()
         taken: set[int] = set()
         stairways = []
         chains = join_flights([item.flight for item in fitted])
@@ -174,12 +226,12 @@ class StairwayMapper:
 
     def _id_of(self, previous: IntArray, taken: set[int]) -> int:
         """The id that most of these observations had before, or a new one."""
-        counts = np.bincount(previous, minlength=1)
+        counts = np.bincount(previous)
         counts[0] = 0
-        for candidate in np.argsort(-counts):
+        for candidate in np.argsort(-counts, kind="stable").tolist():
             if counts[candidate] == 0:
                 break
-            if int(candidate) not in taken:
+            if candidate not in taken:
                 return int(candidate)
         new_id = self._next_id
         self._next_id += 1

@@ -6,9 +6,11 @@ trajectory moves one point and one angle per observation and leaves its edges as
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray
+from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.observation import StairObservation
 from stairmap.geometry import cross
 
@@ -31,6 +33,8 @@ OBSERVATION_FIELDS = np.dtype(
         ("right", np.float64),
         ("floor_seen", np.bool_),
         ("top_seen", np.bool_),
+        ("overhang", np.float64),
+        ("overhang_std", np.float64),
     ]
 )
 
@@ -44,8 +48,13 @@ EDGE_FIELDS = np.dtype(
         ("right", np.float32),
         ("left_bounded", np.bool_),
         ("right_bounded", np.bool_),
+        ("forward_std", np.float32),
+        ("up_std", np.float32),
     ]
 )
+
+LATER_FIELDS = ("overhang", "overhang_std", "forward_std", "up_std")
+"""Fields that records of the first version lack; NaN, unknown, where they are read."""
 
 DEFAULT_VARIANCES = (0.02**2, 0.02**2, 0.03**2, 0.03**2, np.radians(3.0) ** 2)
 """Variances of (rise, run, forward, up, heading) for a detector that gives no covariance."""
@@ -57,6 +66,7 @@ class ObservationTable:
     def __init__(self) -> None:
         self._observations = np.zeros(64, dtype=OBSERVATION_FIELDS)
         self._edges = np.zeros(512, dtype=EDGE_FIELDS)
+        self._edge_ends: IntArray = np.zeros(64, dtype=np.int64)
         self._num_observations = 0
         self._num_edges = 0
 
@@ -71,20 +81,20 @@ class ObservationTable:
         Raises
         ------
         ValueError
-            If the records have other fields, or an edge belongs to no observation.
+            If the records have other fields, or an edge belongs to no observation or to one before that of
+            the edge before it.
         """
-        for name, records, fields in (
-            ("observations", observations, OBSERVATION_FIELDS),
-            ("edges", edges, EDGE_FIELDS),
-        ):
-            if records.dtype != fields:
-                raise ValueError(f"the {name} have the fields {records.dtype.names}, expected {fields.names}")
+        observations = _with_all_fields("observations", observations, OBSERVATION_FIELDS)
+        edges = _with_all_fields("edges", edges, EDGE_FIELDS)
         owners = edges["observation"]
         if len(owners) and not 0 <= owners.min() <= owners.max() < len(observations):
             raise ValueError(f"an edge belongs to none of the {len(observations)} observations")
+        if (np.diff(owners) < 0).any():
+            raise ValueError("the edges are not in the order of their observations")
         table = cls()
         table._observations, table._num_observations = observations.copy(), len(observations)
         table._edges, table._num_edges = edges.copy(), len(edges)
+        table._edge_ends = np.cumsum(np.bincount(owners, minlength=len(observations)))
         return table
 
     def __len__(self) -> int:
@@ -100,6 +110,20 @@ class ObservationTable:
         """(E,) records of ``EDGE_FIELDS``: where each edge lies from its observation's origin, m."""
         return self._edges[: self._num_edges]
 
+    def edges_of(self, members: IntArray) -> tuple[np.ndarray[tuple[int], np.dtype[np.void]], IntArray]:
+        """Return the edges of (M,) observations, ascending, and the place of each one's in ``members``.
+
+        What it costs depends on these observations, not on how many there are.
+        """
+        ends = self._edge_ends[members]
+        starts = np.where(members > 0, self._edge_ends[members - 1], 0)
+        counts = ends - starts
+        owner = np.repeat(np.arange(len(members)), counts)
+        if len(members) and members[-1] - members[0] == len(members) - 1:
+            return self.edges[starts[0] : ends[-1]], owner
+        row = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts) + starts[owner]
+        return self.edges[row], owner
+
     def add(self, observation: StairObservation) -> None:
         """Append one observation."""
         left_axis = cross(observation.up, observation.forward)
@@ -112,7 +136,7 @@ class ObservationTable:
         information = observation.rise_information
         if information.size == 0:
             information = np.array([[1.0, 0.0, observation.rise], [0.0, 0.0, 0.0]]) / variances[0]
-        self._observations = _with_room(self._observations, self._num_observations + 1)
+        self._observations = with_room(self._observations, self._num_observations + 1)
         self._observations[self._num_observations] = (
             observation.stamp_ns,
             observation.origin,
@@ -127,9 +151,11 @@ class ObservationTable:
             right.min(),
             observation.floor_seen,
             observation.top_seen,
+            observation.overhang,
+            observation.overhang_std,
         )
         count = len(ends)
-        self._edges = _with_room(self._edges, self._num_edges + count)
+        self._edges = with_room(self._edges, self._num_edges + count)
         rows = self._edges[self._num_edges : self._num_edges + count]
         rows["observation"] = self._num_observations
         rows["index"] = [edge.step_index for edge in observation.edges]
@@ -137,23 +163,45 @@ class ObservationTable:
         rows["left"], rows["right"] = left, right
         rows["left_bounded"] = [edge.left_bounded for edge in observation.edges]
         rows["right_bounded"] = [edge.right_bounded for edge in observation.edges]
+        stds = np.array([edge.std for edge in observation.edges])
+        rows["forward_std"], rows["up_std"] = stds.T
         self._num_observations += 1
         self._num_edges += count
+        self._edge_ends = with_room(self._edge_ends, self._num_observations)
+        self._edge_ends[self._num_observations - 1] = self._num_edges
 
 
-def _with_room(
-    records: np.ndarray[tuple[int], np.dtype[np.void]], wanted: int
+def _with_all_fields(
+    name: str, records: np.ndarray[tuple[int], np.dtype[np.void]], fields: np.dtype[np.void]
 ) -> np.ndarray[tuple[int], np.dtype[np.void]]:
-    """The records, in an array twice as long where ``wanted`` do not fit."""
+    """The records as this version has them; fields that came in later are unknown."""
+    if records.dtype == fields:
+        return records
+    full = np.zeros(len(records), dtype=fields)
+    known = records.dtype.names or ()
+    missing = [field for field in fields.names or () if field not in known]
+    if not set(missing) <= set(LATER_FIELDS) or set(known) - set(fields.names or ()):
+        raise ValueError(f"the {name} have the fields {known}, expected {fields.names}")
+    for field in known:
+        if records.dtype[field] != fields[field]:
+            raise ValueError(f"{name}: the field {field} is {records.dtype[field]}, expected {fields[field]}")
+        full[field] = records[field]
+    for field in missing:
+        full[field] = np.nan
+    return full
+
+
+def with_room(records: Any, wanted: int) -> Any:
+    """The rows, in an array twice as long where ``wanted`` do not fit."""
     if wanted <= len(records):
         return records
-    larger = np.zeros(max(2 * len(records), wanted), dtype=records.dtype)
+    larger = np.zeros((max(2 * len(records), wanted), *records.shape[1:]), dtype=records.dtype)
     larger[: len(records)] = records
     return larger
 
 
 class PlacedObservations:
-    """Observations where a trajectory puts them; arrays (N,) or (N, 3), map, m, rad.
+    """Observations where a trajectory puts them; map, m, rad. NaN, or anything, for one that has no pose.
 
     Attributes
     ----------
@@ -163,19 +211,36 @@ class PlacedObservations:
         (N,) directions of ascent.
     """
 
-    def __init__(self, table: ObservationTable, poses: Float64Array) -> None:
-        records = table.observations
-        self.records = records
-        self.origin = np.einsum("nij,nj->ni", poses[:, :3, :3], records["origin"]) + poses[:, :3, 3]
-        forward = np.einsum("nij,nj->ni", poses[:, :3, :3], records["forward"])
-        self.heading = np.arctan2(forward[:, 1], forward[:, 0])
+    def __init__(self, table: ObservationTable, poses: Float64Array | None = None) -> None:
+        self._table = table
+        self.origin: Float64Array = np.full((len(table), 3), np.nan)
+        self.heading: Float64Array = np.full(len(table), np.nan)
+        if poses is not None:
+            self.place(np.arange(len(table)), poses)
 
     def __len__(self) -> int:
-        return len(self.heading)
+        return len(self._table)
+
+    @property
+    def records(self) -> np.ndarray[tuple[int], np.dtype[np.void]]:
+        """(N,) records of ``OBSERVATION_FIELDS``, in the camera frame."""
+        return self._table.observations
+
+    def place(self, chosen: IntArray, poses: Float64Array) -> Mask:
+        """Put (M,) observations where (M, 4, 4) poses say, new ones too; return which of them moved."""
+        self.origin = with_room(self.origin, len(self._table))
+        self.heading = with_room(self.heading, len(self._table))
+        records = self.records[chosen]
+        origin = rotated(poses, records["origin"]) + poses[:, :3, 3]
+        forward = rotated(poses, records["forward"])
+        heading = np.arctan2(forward[:, 1], forward[:, 0])
+        moved = (self.origin[chosen] != origin).any(axis=1) | (self.heading[chosen] != heading)
+        self.origin[chosen], self.heading[chosen] = origin, heading
+        return np.asarray(moved)
 
     def in_axes(self, heading: float, chosen: IntArray | None = None) -> Float64Array:
         """Return (M, 3) origins along a heading, to its left and up, m."""
-        origin = self.origin if chosen is None else self.origin[chosen]
+        origin = self.origin[: len(self)] if chosen is None else self.origin[chosen]
         cosine, sine = np.cos(heading), np.sin(heading)
         return np.stack(
             [
@@ -185,3 +250,12 @@ class PlacedObservations:
             ],
             axis=1,
         )
+
+
+def rotated(poses: Float64Array, vectors: Float64Array) -> Float64Array:
+    """Return (M, 3) vectors turned by (M, 4, 4) poses; each the same whatever the others are."""
+    return np.asarray(
+        poses[:, :3, 0] * vectors[:, :1]
+        + poses[:, :3, 1] * vectors[:, 1:2]
+        + poses[:, :3, 2] * vectors[:, 2:]
+    )

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stairmap.arrays import Float64Array
-from stairmap.detection.rise_information import EDGE_SHIFT_STD, solve_rise_and_shift, with_rise_variance
+from stairmap.detection.fit import EDGE_SHIFT_STD
+from stairmap.modeling.rise_information import solve_rise_and_shift, with_rise_variance
 
 POSE_STD = 0.01
 """Standard deviation of a pose's position against its neighbours, m: keeps one frame from ruling."""

@@ -1,13 +1,15 @@
 """The floors of a building, from the ends of its stairways and the robot's way.
 
-The ends of a stairway lie on two floors. The way tells which floors were explored, and finds those that
-no stairway leads to (a lift does). Level 0 is where the robot began, or the lowest without a way.
+The ends of a stairway lie on two floors. An end that nobody saw is *open*: the stairs may go on there, so its
+height is only a bound of that of its floor, and its place is no edge of a floor. The way tells which floors
+were explored, and finds those that no stairway leads to (a lift does). Level 0 is where the robot began, or
+the lowest without a way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
@@ -26,6 +28,10 @@ MIN_STOREY = 1.9
 
 MIN_FLOOR_DISTANCE = 0.3
 """Floors that are nearer than this overlap, m."""
+
+MAX_UNSEEN_RISE = 1.0
+"""By how much stairs may go on beyond an open end to a floor that is known otherwise, m: six risers of which
+no frame showed anything. A floor farther off is another one."""
 
 _ON_FLOOR = 0.3
 _ON_STAIRS = 1.5
@@ -49,13 +55,15 @@ class Floor:
     height
         Height of its surface, m, map z.
     is_explored
-        Whether the robot was on it. One that was only seen from below may be higher than ``height``:
-        that of the last riser that was seen.
+        Whether the robot was on it.
+    is_open
+        Whether only open ends of stairs and no robot tell of it: it lies at ``height`` or beyond.
     """
 
     level: int
     height: float
     is_explored: bool
+    is_open: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +78,9 @@ class FloorStack:
         (lower, upper) level of each stairway by its id.
     camera_height
         Height of the camera above the floor, m; NaN without a way.
+    open_ends
+        (lower, upper) by the id of each stairway: whether that end is open. One that was not seen, but at
+        whose height a robot was or other stairs end, is not.
 
     Raises
     ------
@@ -80,8 +91,10 @@ class FloorStack:
     floors: tuple[Floor, ...]
     levels: Mapping[int, tuple[int, int]]
     camera_height: float = float("nan")
+    open_ends: Mapping[int, tuple[bool, bool]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "open_ends", MappingProxyType(dict(self.open_ends)))
         object.__setattr__(self, "levels", MappingProxyType(dict(self.levels)))
         for below, above in zip(self.floors, self.floors[1:], strict=False):
             if above.height - below.height < MIN_FLOOR_DISTANCE:
@@ -89,6 +102,10 @@ class FloorStack:
                     f"floors {below.level} and {above.level} overlap: they lie at {below.height:.2f} m and "
                     f"{above.height:.2f} m, expected at least {MIN_FLOOR_DISTANCE} m between them"
                 )
+
+    def has_open_end(self, stairway_id: int, *, upper: bool) -> bool:
+        """Tell whether the lower or upper end of a stairway is open."""
+        return self.open_ends.get(stairway_id, (False, False))[upper]
 
     def floor(self, level: int) -> Floor:
         """Return the floor of a level.
@@ -128,42 +145,88 @@ def find_floors(
     ends = np.array(
         [(stairway.flights[0].base[2], top_of(stairway.flights[-1])[2]) for stairway in stairways]
     )
-    heights = _cluster_heights(ends.reshape(-1), _tolerance(ends.reshape(-1, 2)))
+    are_open = np.array(
+        [(stairway.flights[0].is_open_below, stairway.flights[-1].is_open_above) for stairway in stairways],
+        dtype=np.bool_,
+    ).reshape(-1, 2)
+    ends, tolerance = ends.reshape(-1, 2), _tolerance(ends.reshape(-1, 2))
+    seen = _cluster_heights(ends[~are_open], tolerance)
+    told = seen or _cluster_heights(ends.reshape(-1), tolerance)
     if trajectory is None:
-        if not heights:
+        if not told:
             raise FloorError("there are no floors: the run has no stairway and no trajectory")
         feet = np.empty(0)
         camera_height = float("nan") if camera_height is None else camera_height
     else:
         poses = trajectory.map_from_camera[:, 2, 3]
         if camera_height is None:
-            camera_height = _estimate_camera_height(poses, heights)
+            camera_height = _estimate_camera_height(poses, told)
         feet = poses - camera_height
         places = trajectory.map_from_camera[:, :3, 3] - [0.0, 0.0, camera_height]
         off_stairs = feet[~_are_on_stairs(places, stairways)]
-        heights = sorted([*heights, *_find_other_floors(off_stairs, heights)])
+        seen = sorted([*seen, *_find_other_floors(off_stairs, told)])
+    heights = _with_open_ends(seen, ends, are_open, tolerance)
     first = int(np.argmin(np.abs(np.array(heights) - feet[0]))) if len(feet) else 0
-    floors = tuple(
-        Floor(
-            level=index - first,
-            height=height,
-            is_explored=int(np.count_nonzero(np.abs(feet - height) < _ON_FLOOR))
-            >= min(_MIN_POSES, len(feet) or 1),
+    floors = []
+    for index, height in enumerate(heights):
+        num_on = int(np.count_nonzero(np.abs(feet - height) < _ON_FLOOR))
+        is_explored = num_on >= min(_MIN_POSES, len(feet) or 1)
+        floors.append(
+            Floor(
+                level=index - first,
+                height=height,
+                is_explored=is_explored,
+                is_open=height not in seen and not is_explored,
+            )
         )
-        for index, height in enumerate(heights)
-    )
+    levels, open_ends = {}, {}
+    for stairway, (low, high), (is_low_open, is_high_open) in zip(stairways, ends, are_open, strict=True):
+        lower = _floor_of_end(floors, low, is_open=is_low_open, side=-1)
+        upper = _floor_of_end(floors, high, is_open=is_high_open, side=1)
+        levels[stairway.id] = (lower.level, upper.level)
+        open_ends[stairway.id] = (
+            bool(is_low_open and not _is_at(lower, low)),
+            bool(is_high_open and not _is_at(upper, high)),
+        )
+    return FloorStack(floors=tuple(floors), levels=levels, camera_height=camera_height, open_ends=open_ends)
 
-    def level_at(height: float) -> int:
-        return int(np.argmin(np.abs(np.array(heights) - height))) - first
 
-    return FloorStack(
-        floors=floors,
-        levels={
-            stairway.id: (level_at(low), level_at(high))
-            for stairway, (low, high) in zip(stairways, ends, strict=True)
-        },
-        camera_height=camera_height,
-    )
+def _is_at(floor: Floor, height: float) -> bool:
+    """Whether a floor that is known otherwise lies at the height of an end that was not seen."""
+    return not floor.is_open and abs(floor.height - height) < _ON_FLOOR
+
+
+def _with_open_ends(
+    seen: Sequence[float], ends: Float64Array, are_open: Mask, tolerance: float
+) -> list[float]:
+    """Heights of all floors: those that are known, and those that only open ends tell of."""
+    alone = [
+        height
+        for height, side in zip(ends[are_open], np.nonzero(are_open)[1], strict=True)
+        if not any(_may_be(floor - height, 1 if side else -1, tolerance) for floor in seen)
+    ]
+    bounds = [
+        height
+        for height in _cluster_heights(np.array(alone), tolerance)
+        if not any(abs(height - floor) < MIN_FLOOR_DISTANCE for floor in seen)
+    ]
+    return sorted([*seen, *bounds])
+
+
+def _may_be(distance: float, side: int, tolerance: float) -> bool:
+    """Whether a floor so far above an open end is the one that the stairs lead to, up (1) or down (-1)."""
+    return -tolerance < distance * side < max(tolerance, MAX_UNSEEN_RISE)
+
+
+def _floor_of_end(floors: Sequence[Floor], height: float, *, is_open: bool, side: int) -> Floor:
+    """The floor on which an end lies; for an open one, the first that the stairs come to if they go on."""
+    nearest = min(floors, key=lambda floor: abs(floor.height - height))
+    if not is_open or abs(nearest.height - height) < _ON_FLOOR:
+        return nearest
+    ahead = [
+        floor for floor in floors if _may_be(floor.height - height, side, _ON_FLOOR) and not floor.is_open
+    ]
+    return min(ahead, key=lambda floor: abs(floor.height - height)) if ahead else nearest
 
 
 def _tolerance(ends: Float64Array) -> float:

@@ -26,6 +26,9 @@ EDGE_MARGIN = 0.30
 FOOT_MARGIN = 0.05
 """Width of the strip before the first riser, m."""
 
+OPEN_MARGIN = 1.2
+"""Width of the strip beyond an end of stairs that nobody saw, m, where they may go on: four treads."""
+
 _BORDER = 1.0
 """Free border around the stairs of a mask that no map gives its extent, m."""
 
@@ -67,6 +70,10 @@ def stair_rectangles(stairway: Stairway, floors: FloorStack, level: int) -> tupl
             covered = int((floor_height + HEADROOM - flight.base[2]) / flight.rise)
         foot = FOOT_MARGIN if level == lower and flight is stairway.flights[0] else 0.0
         edge = EDGE_MARGIN if level == upper and flight is stairway.flights[-1] else 0.0
+        if foot and floors.has_open_end(stairway.id, upper=False):
+            foot += OPEN_MARGIN
+        if edge and floors.has_open_end(stairway.id, upper=True):
+            edge += OPEN_MARGIN
         if covered > 0:
             rectangles.append(_flight_rectangle(flight, min(covered, flight.num_risers), foot, edge))
     for landing in stairway.landings:

@@ -69,6 +69,9 @@ class Portal:
         What using it costs, s. Finite also for a robot that cannot climb it; ``verdict`` forbids that.
     assessment
         Whether the robot can climb it.
+    is_lower_open, is_upper_open
+        Whether nobody saw that end: the stairs may go on, so its staging pose may lie on steps, and length,
+        height and cost are at least what is said.
     notes
         What is wrong with it, such as a staging pose inside an obstacle; one sentence each.
     """
@@ -85,6 +88,8 @@ class Portal:
     cost_up: float
     cost_down: float
     assessment: Assessment
+    is_lower_open: bool = False
+    is_upper_open: bool = False
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -108,6 +113,7 @@ class Portal:
             "cost_up": self.cost_up,
             "cost_down": self.cost_down,
             "verdict": self.verdict,
+            "open_ends": {"lower": self.is_lower_open, "upper": self.is_upper_open},
             "notes": list(self.notes),
         }
 
@@ -128,6 +134,7 @@ def make_portal(stairway: Stairway, floors: FloorStack, robot: RobotProfile = AN
     way = np.array([*points, end])
     length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
     height = float(top[2] - first.base[2])
+    open_ends = {name: floors.has_open_end(stairway.id, upper=name == "upper") for name in ("lower", "upper")}
     time = length / robot.stair_speed + robot.alignment_time * (len(stairway.flights) + 1)
     return Portal(
         stairway_id=stairway.id,
@@ -142,6 +149,13 @@ def make_portal(stairway: Stairway, floors: FloorStack, robot: RobotProfile = AN
         cost_up=time + robot.ascent_risk * height,
         cost_down=time + robot.descent_risk * height,
         assessment=assess(stairway, robot),
+        is_lower_open=open_ends["lower"],
+        is_upper_open=open_ends["upper"],
+        notes=tuple(
+            f"stairway {stairway.id}: nobody saw its {name} end, it may go on beyond its {name} staging pose"
+            for name, is_open in open_ends.items()
+            if is_open
+        ),
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from stairmap.arrays import Points
-from stairmap.export.summary import with_std
+from stairmap.export.summary import risers_text, with_std
 from stairmap.stairway import Flight
 from stairmap.transforms import invert_transform, transform_points
 from stairmap.visualization.dimensions import (
@@ -127,6 +127,6 @@ def _draw_measures(axes: Axes, flight: Flight) -> None:
     )  # fmt: skip
     right = flight.box.depth + 0.6 * run
     draw_dimension(
-        axes, (right, low), (right, low + size), f"{flight.num_risers} risers\n{size:.2f} m",
+        axes, (right, low), (right, low + size), f"{risers_text(flight)} risers\n{size:.2f} m",
         text_side="right",
     )  # fmt: skip

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from stairmap.arrays import IntArray, Points, Vector
-from stairmap.export.summary import stairway_rows, with_std
+from stairmap.export.summary import risers_text, stairway_rows, with_std
 from stairmap.stairway import Flight, Stairway
 
 Color: TypeAlias = tuple[int, int, int]
@@ -43,7 +43,7 @@ def flight_measures(flight: Flight) -> tuple[str, ...]:
     """Return the measures of a flight, one a line, with units and one standard deviation."""
     bound = "" if flight.left_bounded and flight.right_bounded else "≥ "
     return (
-        f"{flight.num_risers} risers, pitch {_degrees(flight.pitch, flight.std.pitch)}°",
+        f"{risers_text(flight)} risers, pitch {_degrees(flight.pitch, flight.std.pitch)}°",
         f"rise {_millimetres(flight.rise, flight.std.rise)} mm",
         f"run {_millimetres(flight.run, flight.std.run)} mm",
         f"width {bound}{_millimetres(flight.width, flight.std.width)} mm",

@@ -11,9 +11,6 @@ import numpy as np
 
 from stairmap.arrays import Float64Array
 
-EDGE_SHIFT_STD = 2.0
-"""Sensors that match windows move edges outward by up to half a window: standard deviation, working pixels."""
-
 
 def with_rise_variance(information: Float64Array, variance: Float64Array | float) -> Float64Array:
     """Weaken information by an independent error of the rise.

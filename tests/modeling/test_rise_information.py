@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stairmap.arrays import Float64Array
-from stairmap.detection.rise_information import solve_rise_and_shift, with_rise_variance
+from stairmap.modeling.rise_information import solve_rise_and_shift, with_rise_variance
 
 
 def information_of(distances: Float64Array, *, rise: float, shift: float, std: float) -> Float64Array:
