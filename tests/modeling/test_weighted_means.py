@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stairmap.arrays import Float64Array
+from stairmap.detection.fit import EDGE_SHIFT_STD
 from stairmap.modeling.weighted_means import (
     DRIFT_ALONG,
-    EDGE_SHIFT,
     FRAMES_PER_SAMPLE,
     POSE_STD,
     SYSTEMATIC_STD,
@@ -98,7 +98,7 @@ def test_a_shift_that_frames_cannot_tell_makes_the_rise_less_sure() -> None:
     sure = fit_rise(np.array([information(0.17, 0.001)] * 12))[1]
     alike = fit_rise(np.array([information(0.17, 0.001, per_shift=0.003)] * 12))[1]
     assert alike > 3 * sure
-    assert alike == pytest.approx(0.003 * EDGE_SHIFT, rel=0.1)
+    assert alike == pytest.approx(0.003 * EDGE_SHIFT_STD, rel=0.1)
 
 
 def test_one_wrong_frame_moves_the_rise_little() -> None:

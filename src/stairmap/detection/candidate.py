@@ -96,10 +96,8 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
     """Fit, count and judge the stairs that a lattice suggests."""
     strips = np.flatnonzero(lattice.strips)
     measured, everything = gather_rays(scene.elevation, strips), all_rays(scene.elevation, strips)
-    climb = scene.ground_slope * np.sign(lattice.run)
     start = StairProfile(
-        slope=climb,
-        floor_slope=climb,
+        ground=scene.ground_slope * float(np.sign(lattice.run)),
         distance=lattice.distance,
         height=lattice.height,
         run=lattice.run,

@@ -18,7 +18,7 @@ from stairmap.detection.elevation import Elevation
 from stairmap.detection.profile import Optics, Prediction, StairProfile, outline_of, tabulate
 from stairmap.geometry import cross, normalized
 
-REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "slope")
+REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "ground", "slope")
 """The values of a regular profile in the order of the equations; the shift of edges follows."""
 
 SHIFT = len(REGULAR)
@@ -32,8 +32,12 @@ OVERHANG_STD = 0.03
 THICKNESS_STD = 0.010
 """Fronts of treads are 20 to 50 mm thick about ``USUAL_THICKNESS``, m."""
 
-RAKE_STD = 0.02
-"""Risers lean by little more than a degree; what leans more is mostly an overhang, m per m."""
+RAKE_STD, BACK_RAKE_STD = 0.02, 0.004
+"""Risers lean over their foot by little more than a degree, what leans more is mostly an overhang, and hardly
+ever away from it, m per m."""
+
+GROUND_STD = 0.02
+"""Of the ground's slope against what the normals told, m per m: it is measured together with the tilt of up."""
 
 SLOPE_STD = 0.008
 """Treads drain with 1 to 2 % against the ground, most not at all, m per m."""
@@ -288,7 +292,8 @@ class _Prior:
             ("overhang", 0.0, OVERHANG_STD),
             ("thickness", start.thickness, THICKNESS_STD),
             ("rake", 0.0, RAKE_STD),
-            ("slope", start.slope, SLOPE_STD),
+            ("ground", start.ground, GROUND_STD),
+            ("slope", 0.0, SLOPE_STD),
         ):
             self.mean[REGULAR.index(name)], self.std[REGULAR.index(name)] = mean, std
         self.mean[SHIFT], self.std[SHIFT] = known_shift, EDGE_SHIFT_STD
@@ -304,7 +309,10 @@ class _Prior:
         values = np.array([*(getattr(profile, name) for name in REGULAR), state.optics.shift, *state.angles])
         pull = profile.offsets / self.irregularity
         weight = np.minimum(1.0, TAIL / np.maximum(np.abs(pull), 1e-9)) / self.irregularity**2
-        information = np.concatenate([1.0 / self.std**2, weight])[: len(matrix)]
+        std = self.std.copy()
+        if profile.rake < 0:
+            std[REGULAR.index("rake")] = BACK_RAKE_STD
+        information = np.concatenate([1.0 / std**2, weight])[: len(matrix)]
         deviation = np.concatenate([values - self.mean, profile.offsets])[: len(matrix)]
         return matrix + np.diag(information), gradient + information * deviation
 
@@ -384,13 +392,13 @@ class _Table:
 def _chain(num_steps: int) -> Float64Array:
     """(M, P) derivatives of an outline's values by those of the equations."""
     n = num_steps
-    chain = np.zeros((2 * n + 5, OFFSETS + 2 * n + 1))
+    chain = np.zeros((2 * n + 6, OFFSETS + 2 * n + 1))
     nosing, level = np.arange(n), n + np.arange(n + 1)
     chain[nosing, REGULAR.index("distance")] = 1.0
     chain[nosing, REGULAR.index("run")] = np.arange(n)
     chain[level, REGULAR.index("height")] = 1.0
     chain[level, REGULAR.index("rise")] = np.arange(-1, n)
-    for place, name in enumerate(("overhang", "thickness", "rake", "slope")):
+    for place, name in enumerate(("overhang", "thickness", "rake", "ground", "slope")):
         chain[2 * n + 1 + place, REGULAR.index(name)] = 1.0
     chain[np.arange(2 * n + 1), OFFSETS + np.arange(2 * n + 1)] = 1.0
     return chain

@@ -70,8 +70,8 @@ class StairProfile:
         Whether the risers are open: slabs with nothing between them.
     rake
         How far a riser leans back downward, m per m.
-    slope, floor_slope
-        How much treads, and the level before the first step, climb in the direction of ascent, m per m.
+    ground, slope
+        How much the ground climbs in the direction of ascent, and treads more than the ground, m per m.
     offsets
         (2 * num_steps + 1,) how far each nosing lies off the regular place forward, then each tread off the
         regular height from tread -1 on, m.
@@ -86,8 +86,8 @@ class StairProfile:
     thickness: float = USUAL_THICKNESS
     is_open: bool = False
     rake: float = 0.0
+    ground: float = 0.0
     slope: float = 0.0
-    floor_slope: float = 0.0
     offsets: Float64Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
@@ -144,8 +144,8 @@ class Outline:
     top
         (P,) slope at which it ends and the next one begins.
     line_gradient
-        (P, 2, M) derivatives of ``line`` by the profile's shape: the M = 2 * num_steps + 5 values are the
-        nosings' distances, the treads' heights from -1 on, overhang, thickness, rake and slope.
+        (P, 2, M) derivatives of ``line`` by the profile's shape: the M = 2 * num_steps + 6 values are the
+        nosings' distances, the treads' heights from -1 on, overhang, thickness, rake, ground and slope.
     top_gradient
         (P, M) the same of ``top``; zero where two surfaces meet, which follows from their lines.
     """
@@ -203,11 +203,11 @@ class _Pieces:
         self.step = np.tile(np.arange(-1, n)[:, None], (1, 4))
         self.end = np.full(shape, -np.inf)
         self.line = np.zeros((*shape, 2))
-        self.line_gradient = np.zeros((*shape, 2, 2 * n + 5))
-        self.end_gradient = np.zeros((*shape, 2 * n + 5))
+        self.line_gradient = np.zeros((*shape, 2, 2 * n + 6))
+        self.end_gradient = np.zeros((*shape, 2 * n + 6))
         self.nosing = np.arange(n)
         self.level = n + 1 + np.arange(-1, n)
-        self.overhang, self.thickness, self.rake, self.slope = range(2 * n + 1, 2 * n + 5)
+        self.overhang, self.thickness, self.rake, self.ground, self.slope = range(2 * n + 1, 2 * n + 6)
 
     def add_ascending(self) -> None:
         """Risers, undersides, fronts and treads of stairs that lead away from the camera upward."""
@@ -300,9 +300,9 @@ class _Pieces:
         """Treads from -1, the floor, on."""
         rows = np.arange(len(self.z))
         profile = self.profile
-        climb = profile.direction * np.where(rows > 0, profile.slope, profile.floor_slope)
-        # The floor's height is that beneath the first nosing.
-        s = np.append(self.s[0], self.s)
+        climb = profile.direction * (profile.ground + np.where(rows > 0, profile.slope, 0.0))
+        # The floor's height is that where one more nosing would be.
+        s = np.append(self.s[0] - profile.run, self.s)
         level = self.z - climb * s
         inverse = 1.0 / np.where(np.abs(level) > 1e-3, level, -1e-3)
         offset = -climb * inverse
@@ -310,13 +310,15 @@ class _Pieces:
         tread = Surface.TREAD
         self.line_gradient[rows, tread, 1, self.level] = -(inverse**2)
         self.line_gradient[rows, tread, 0, self.level] = -offset * inverse
-        above, sign = rows[1:], profile.direction
-        self.line_gradient[0, tread, 1, self.nosing[0]] = inverse[0] ** 2 * climb[0]
-        self.line_gradient[0, tread, 0, self.nosing[0]] = offset[0] * inverse[0] * climb[0]
-        for value, by in ((self.nosing, -climb[1:]), (self.slope, -sign * s[1:])):
-            self.line_gradient[above, tread, 1, value] = -(inverse[1:] ** 2) * by
-            self.line_gradient[above, tread, 0, value] = -offset[1:] * inverse[1:] * by
-        self.line_gradient[above, tread, 0, self.slope] -= sign * inverse[1:]
+        sign = profile.direction
+        nosing = np.append(0, self.nosing)
+        for value, by, direct in (
+            (nosing, -climb, 0.0),
+            (self.ground, -sign * s, sign),
+            (self.slope, np.where(rows > 0, -sign * s, 0.0), np.where(rows > 0, sign, 0.0)),
+        ):
+            self.line_gradient[rows, tread, 1, value] = -(inverse**2) * by
+            self.line_gradient[rows, tread, 0, value] = -(offset * by + direct) * inverse
 
     def _set_line(self, surface: Surface, rows: IntArray, a: Float64Array | float, b: Float64Array | float) -> None:
         self.line[rows, surface, 0], self.line[rows, surface, 1] = a, b
