@@ -70,8 +70,6 @@ class Evidence:
         The same of the tread behind the nosing; not all of them show.
     continued, ended
         Rays just above the nosing that see the surface beneath it go on, and that do not.
-    is_seen
-        Whether the step counts as seen.
     """
 
     on: IntArray
@@ -84,19 +82,24 @@ class Evidence:
     ended: IntArray
 
     @property
+    def goes_on(self) -> Mask:
+        """(num_steps,) whether the surface beneath the nosing goes on past it."""
+        most = self.continued > MAX_CONTINUED * (self.continued + self.ended)
+        return np.asarray(most & (self.continued >= MIN_RAYS))
+
+    @property
     def is_seen(self) -> Mask:
         """(num_steps,) whether rays lie on the step, and its surface ends at its nosing."""
         measured = self.on + self.farther + self.nearer
         shows = (self.on >= MIN_RAYS) & (self.on >= MIN_ON_SHARE * (self.on + self.farther))
         shows &= self.on >= MIN_SHOWN_SHARE * measured
-        return np.asarray(shows & (self.continued <= MAX_CONTINUED * (self.continued + self.ended)))
+        return np.asarray(shows & ~self.goes_on)
 
     @property
     def is_refuted(self) -> Mask:
         """(num_steps,) whether rays went through where the step would be, or its surface goes on."""
         through = self.farther > MIN_ON_SHARE * (self.on + self.farther)
-        goes_on = self.continued > MAX_CONTINUED * (self.continued + self.ended)
-        return np.asarray((through & (self.farther >= MIN_RAYS)) | (goes_on & (self.continued >= MIN_RAYS)))
+        return np.asarray((through & (self.farther >= MIN_RAYS)) | self.goes_on)
 
 
 def all_rays(elevation: Elevation, strips: IntArray) -> Rays:
@@ -153,12 +156,7 @@ def count_evidence(rays: Rays, fitted: FittedProfile, profile: StairProfile) -> 
     is_own = is_face if profile.run > 0 else is_tread
     # Across the stairs, at the distance that is predicted.
     across = rays.bearing / np.maximum(expected, 1e-6)
-    on_steps = np.sort(across[is_on & is_own & (step >= 0)])
-    if len(on_steps):
-        few = int(SIDE_SHARE * len(on_steps))
-        inside = (across >= on_steps[few]) & (across <= on_steps[-1 - few])
-    else:
-        inside = np.zeros(len(across), dtype=bool)
+    inside = _between_sides(across, step, is_on & is_own & (step >= 0), n)
     is_beside = is_tread if profile.run > 0 else np.zeros(len(step), bool)
 
     def count(chosen: Mask) -> IntArray:
@@ -178,6 +176,22 @@ def count_evidence(rays: Rays, fitted: FittedProfile, profile: StairProfile) -> 
         continued=continued,
         ended=ended,
     )
+
+
+def _between_sides(across: Float64Array, step: IntArray, on: Mask, n: int) -> Mask:
+    """Whether rays meet the stairs between their sides: the medians of those of the steps, so that a floor
+    that is wider than the stairs, or a step that the image cuts, does not decide."""
+    lefts, rights = [], []
+    order = np.lexsort((across, np.where(on, step, n)))
+    edges = np.searchsorted(np.where(on, step, n)[order], np.arange(n + 1))
+    for first, last in zip(edges[:-1], edges[1:], strict=True):
+        few = int(SIDE_SHARE * (last - first))
+        if last - first >= MIN_RAYS:
+            rights.append(across[order[first + few]])
+            lefts.append(across[order[last - 1 - few]])
+    if not lefts:
+        return np.zeros(len(across), dtype=bool)
+    return np.asarray((across >= np.median(rights)) & (across <= np.median(lefts)))
 
 
 def _continuations(

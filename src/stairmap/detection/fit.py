@@ -73,7 +73,10 @@ RAYS_PER_SAMPLE = 6.0
 MIN_NOISE = 1e-4
 """No sensor knows inverse distance better, 1/m: a tenth of a millimetre at a metre."""
 
-MAX_NOISE_FACTOR = 10.0
+NOISE_BAND = 0.04
+"""Rays within this of a surface tell the noise, m: what stands farther off is something else."""
+
+MAX_NOISE_FACTOR = 20.0
 """Largest factor between the noise seen about the profile and that told by the normals."""
 
 FLOOR_BEFORE, LEVEL_BEHIND = 1.0, 0.9
@@ -233,7 +236,7 @@ def fit_profile(
     for coarse in rounds:
         is_fine = coarse == 0.0
         table = _Table(rays.turned(*state.angles), state, chain if is_fine else chain[:, :OFFSETS])
-        state = replace(state, noise=table.noise_seen(noise)) if is_fine else state
+        state = replace(state, noise=table.noise_seen(noise))
         equations = table.equations(state.noise, coarse)
         if equations is None:
             return None
@@ -334,8 +337,9 @@ class _Table:
     def noise_seen(self, told: float) -> float:
         """Standard deviation of the rays about the profile away from its edges, 1/m."""
         predicted = self.prediction
-        is_plain = predicted.edge_spread[self.entry] < told
-        is_plain &= np.abs(self.residual) < np.maximum(6.0 * told, 0.02 * predicted.sensitivity[self.entry])
+        near = NOISE_BAND * predicted.sensitivity
+        is_plain = (predicted.edge_spread < np.maximum(told, 0.1 * near))[self.entry]
+        is_plain &= np.abs(self.residual) < np.maximum(6.0 * told, near)[self.entry]
         if np.count_nonzero(is_plain) < MIN_RAYS:
             return told
         seen = 1.4826 * float(np.median(np.abs(self.residual[is_plain])))
