@@ -11,6 +11,7 @@ import pytest
 from frame_observations import SHAPE, all_in_view, make_view_of, observe
 
 from stairmap.evaluation.frame_judging import FrameJudgement, is_clear_view, judge_frame, true_view_sign
+from stairmap.simulation.kind_scenes import make_sloping_scene
 from stairmap.simulation.views import StepsInView, View
 from stairmap.transforms import rotation_from_vector
 
@@ -29,6 +30,9 @@ def test_a_perfect_observation_is_right_without_error() -> None:
     judgement = judge()
     assert judgement.is_clear and judgement.is_found and judgement.is_right and not judgement.is_missed
     assert (judgement.num_false, judgement.num_duplicates, judgement.index) == (0, 0, 3)
+    assert (judgement.kind, judgement.group, judgement.sensor, judgement.width) == (
+        "overhang", "30 mm", "kinect_v1", 320,
+    )  # fmt: skip
     errors = judgement.errors
     assert errors is not None
     np.testing.assert_allclose(
@@ -109,6 +113,16 @@ def test_an_edge_lies_on_its_true_nosing(share: float, is_right: bool) -> None:
     assert judgement.is_found and judgement.are_steps_right == is_right
 
 
+def test_nosings_that_slope_sideways_are_met_where_the_edges_middle_is() -> None:
+    shape = replace(SHAPE, width=4.0)
+    scene = make_sloping_scene("test", shape, np.random.default_rng(0), along=0.0, across=0.04)
+    view = make_view_of(scene=scene)
+    edges = observe(view).edges
+    # The image cuts the right half off: the middles lie 1 m to the left, 40 mm higher.
+    cut = [replace(edge, nosing=[edge.nosing[0], edge.nosing.mean(axis=0)]) for edge in edges]
+    assert judge(view, edges=tuple(cut)).is_right
+
+
 def test_a_step_that_is_not_there_is_wrong_and_a_spare_one_is_not() -> None:
     flight = VIEW.flight
     assert flight is not None
@@ -152,7 +166,7 @@ def test_only_irregular_views_say_whether_a_riser_is_odd() -> None:
 
 def test_the_top_nosing_is_found_when_it_is_among_the_edges() -> None:
     assert judge().shows_top and not judge().is_top_found
-    assert judge(first=3).is_top_found
+    assert judge(first=3).is_top_found and not judge(first=2, floor_seen=False).is_top_found
     hidden = replace(all_in_view(), riser_rows=np.append(np.full(7, 10.0), 4.9))
     assert not judge_frame(0, VIEW, hidden, [observe(VIEW)]).shows_top
 

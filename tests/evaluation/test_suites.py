@@ -14,13 +14,24 @@ from stairmap.simulation.scenes import SCENE_GROUPS
 from stairmap.simulation.sensors import SENSORS
 
 
-@pytest.mark.parametrize("suite", ["table1", "stairs", "look-alikes"])
+@pytest.mark.parametrize("suite", ["table1", "stairs", "look-alikes", "kind-drives"])
 def test_every_scene_sensor_and_robot_occurs(suite: str) -> None:
     specs = make_specs(suite, TrialChoice())
     assert {spec.scene for spec in specs} == set(SCENE_GROUPS[suite])
     assert {(spec.sensor, spec.width) for spec in specs} == set(SENSOR_SETTINGS)
     assert {spec.robot for spec in specs} == set(ROBOTS)
     assert len(set(specs)) == len(specs)
+
+
+def test_each_suite_keeps_its_place_in_the_deal() -> None:
+    for suite, sensor, robot in (
+        ("table1", "kinect_v1", "turtlebot"),
+        ("stairs", "d435", "spot"),
+        ("look-alikes", "phone_lidar", "packbot"),
+        ("kind-drives", "kinect_v1", "go2"),
+    ):
+        first = make_specs(suite, TrialChoice())[0]
+        assert (first.sensor, first.robot) == (sensor, robot)
 
 
 def test_no_suite_has_the_ideal_sensor() -> None:

@@ -118,6 +118,9 @@ def test_free_standing_stairs_are_seen_twice_from_the_same_place() -> None:
         np.testing.assert_array_equal(walled.map_from_camera, free.map_from_camera)
         assert walled.seed == free.seed and walled.sensor == free.sensor
         assert flight_of(walled).edges().tobytes() == flight_of(free).edges().tobytes()
+        top = flight_of(free).steps[-1].nosing[0, 2]
+        assert free.scene.mesh.vertices[:, 2].max() == pytest.approx(top)
+        assert walled.scene.mesh.vertices[:, 2].max() > top + 2
         assert (walled.group, free.group) == ("wall behind", "nothing behind")
 
 

@@ -131,3 +131,17 @@ def test_recordings_of_equal_seeds_are_equal_files(tmp_path: Path) -> None:
     assert files[0] == files[1]
     for path in files[0]:
         assert (folders[0] / path).read_bytes() == (folders[1] / path).read_bytes()
+
+
+def test_the_truth_tells_overhang_and_the_height_of_every_step(tmp_path: Path) -> None:
+    for name, overhang, heights in (
+        ("overhang_thin", 0.030, [0.17, 0.34, 0.51]),
+        ("odd_riser", 0.0, [0.17, 0.34, 0.522]),
+    ):
+        folder = write_simulation(
+            tmp_path / name, make_scene(name, 0), SENSOR, ROBOTS["go2"], seed=0, num_frames=2
+        )
+        (flight,) = json.loads((folder / "truth.json").read_text())["stairways"][0]["flights"]
+        assert flight["overhang"] == overhang
+        assert [step["nosing"][0][2] for step in flight["steps"][:3]] == pytest.approx(heights)
+        assert flight["std"]["overhang"] == 0

@@ -7,7 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stairmap.simulation.kind_scenes import make_ascending_scene, make_descending_scene
+from stairmap.camera import PinholeCamera
+from stairmap.simulation.kind_scenes import (
+    make_ascending_scene,
+    make_descending_scene,
+    make_sloping_scene,
+)
 from stairmap.simulation.kinect_sensors import KinectV1
 from stairmap.simulation.render import RayCaster
 from stairmap.simulation.sensors import make_sensor
@@ -52,6 +57,8 @@ def test_risers_cover_as_many_rows_as_their_height_over_their_distance() -> None
 def test_rows_are_those_of_the_working_image_whatever_the_sensors_size() -> None:
     half, full = steps_of(make_test_view()), steps_of(make_test_view(factor=1.0))
     np.testing.assert_allclose(half.riser_rows, full.riser_rows, atol=1.0)
+    assert half.tread_rows[0] > 4
+    np.testing.assert_allclose(half.tread_rows, full.tread_rows, atol=1.0)
 
 
 def test_lips_count_as_riser_and_what_is_under_them_not_as_tread() -> None:
@@ -83,9 +90,19 @@ def test_sigmas_are_the_rise_in_the_sensors_deviations() -> None:
     seen = steps_of(make_test_view(sensor="kinect_v1", x=-2.0))
     expected = 0.17 / float(KinectV1.axial_std(np.array(2.0), np.array(0.0)))
     assert seen.riser_sigmas[0] == pytest.approx(expected, rel=0.05)
+    farther = 0.17 / float(KinectV1.axial_std(np.array(2.29), np.array(0.0)))
+    assert seen.riser_sigmas[1] == pytest.approx(farther, rel=0.05)
     assert steps_of(make_test_view(sensor="phone_lidar", x=-2.0)).riser_sigmas[0] == pytest.approx(
         0.17 / 0.009, rel=0.05
     )
+
+
+def test_stairs_that_slope_sideways_show_as_much_as_level_ones() -> None:
+    level = make_test_view()
+    scene = make_sloping_scene("test", SHAPE, np.random.default_rng(0), along=0.0, across=0.04)
+    sloping, seen = steps_of(replace(level, scene=scene)), steps_of(level)
+    np.testing.assert_allclose(sloping.tread_rows[:2], seen.tread_rows[:2], atol=1.0)
+    np.testing.assert_allclose(sloping.riser_rows[:3], seen.riser_rows[:3], atol=1.5)
 
 
 @pytest.mark.parametrize("degrees", [45, 90, 180])
@@ -116,7 +133,9 @@ def test_a_turned_image_is_what_a_camera_of_that_format_sees_from_the_same_pose(
 def test_four_quarter_turns_are_none() -> None:
     camera = make_sensor("kinect_v2").camera
     assert turned_camera(camera, 4) == camera
-    assert turned_camera(camera, 1) != camera
+    off_center = PinholeCamera(width=100, height=50, fx=80, fy=70, cx=20, cy=30)
+    assert turned_camera(off_center, 1) == PinholeCamera(width=50, height=100, fx=70, fy=80, cx=30, cy=79)
+    assert turned_camera(off_center, 3) == PinholeCamera(width=50, height=100, fx=70, fy=80, cx=19, cy=20)
 
 
 def test_noise_depends_on_the_seed_alone() -> None:

@@ -123,7 +123,7 @@ def _overhang(spec: ViewSpec) -> View:
 
 
 def _roll(spec: ViewSpec) -> View:
-    """All rolls of one scene and place, then the next; every sixth place is also seen by portrait images."""
+    """All rolls of one scene and place and its portrait images, then the next place."""
     num = NUM_ROLLS + len(PORTRAIT_TURNS)
     place, turn = divmod(spec.index, num)
     random = _random(spec, place)
