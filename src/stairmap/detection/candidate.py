@@ -45,8 +45,8 @@ class Scene:
         Its scans along the heading.
     noise
         Standard deviation of inverse distance of a ray of a strip, 1/m.
-    smoothing
-        Over how many pixels the sensor blends both sides of a jump, standard deviation.
+    smoothings
+        Over how many pixels the sensor may blend both sides of a jump, standard deviations.
     up_std
         Standard deviation of the direction of up, rad.
     ground_slope
@@ -58,10 +58,16 @@ class Scene:
     image: InverseDepthImage
     elevation: Elevation
     noise: float
-    smoothing: float
+    smoothings: tuple[float, ...]
     up_std: float
     ground_slope: float
     stamp_ns: int
+
+    def optics(self, smoothing: float | None = None) -> Optics:
+        """How the camera shows edges, as far as it is known before the fit."""
+        grid = self.elevation.grid
+        blended = self.smoothings[0] if smoothing is None else smoothing
+        return Optics(row_size=grid.row_size, smoothing=blended, shift=grid.edge_shift)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,9 +129,10 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
     chosen = np.flatnonzero(evidence.is_seen & np.isfinite(extents.left - extents.right))
     left = common_extent(extents.left, extents.left_bounded, chosen, 1.0)
     right = common_extent(extents.right, extents.right_bounded, chosen, -1.0)
-    width = left - right if len(chosen) else 0.0
     rays = turned_rays(everything, fitted)
-    case = Case(fitted=fitted, evidence=evidence, rays=rays, width=width, num_found=len(lattice.indices))
+    case = Case(
+        fitted=fitted, evidence=evidence, rays=rays, sides=(right, left), num_found=len(lattice.indices)
+    )
     rejections = find_rejections(case, config)
     observation = None
     if not rejections:
@@ -151,13 +158,8 @@ def _fit_seen_steps(
 ) -> tuple[FittedProfile, Evidence] | None:
     """Fit the steps that found a lattice, look which others there are, and fit those."""
     profile, fitted = start, None
-    grid = scene.elevation.grid
-    optics = Optics(row_size=grid.row_size, smoothing=scene.smoothing, shift=grid.edge_shift)
     for _ in range(MAX_ROUNDS):
-        fitted = fit_profile(
-            measured, profile, noise=scene.noise, optics=optics, up_std=scene.up_std, around=fitted,
-            is_coarse=True,
-        )  # fmt: skip
+        fitted = _fit_coarsely(scene, measured, profile, fitted)
         if fitted is None:
             return None
         wider = fitted.profile.with_steps(TRIED_BELOW, TRIED_ABOVE)
@@ -170,11 +172,26 @@ def _fit_seen_steps(
         if span == found:
             break
     fitted = fit_profile(
-        measured, profile, noise=scene.noise, optics=optics, up_std=scene.up_std, around=fitted
+        measured, profile, noise=scene.noise, optics=scene.optics(), up_std=scene.up_std, around=fitted
     )
     if fitted is None:
         return None
     return fitted, count_evidence(turned_rays(everything, fitted), fitted, fitted.profile)
+
+
+def _fit_coarsely(
+    scene: Scene, rays: Rays, profile: StairProfile, around: FittedProfile | None
+) -> FittedProfile | None:
+    """Fit regular steps; at first with each smoothing that the sensor may have, of which the best is kept."""
+    fits = []
+    for smoothing in scene.smoothings if around is None else scene.smoothings[:1]:
+        fitted = fit_profile(
+            rays, profile, noise=scene.noise, optics=scene.optics(smoothing), up_std=scene.up_std,
+            around=around, is_coarse=True,
+        )  # fmt: skip
+        if fitted is not None:
+            fits.append(fitted)
+    return min(fits, key=lambda fit: fit.cost, default=None)
 
 
 def _observe(case: Case, extents: StepExtents, chosen: IntArray, scene: Scene) -> StairObservation:

@@ -13,26 +13,24 @@ import numpy as np
 from stairmap.arrays import Float64Array
 from stairmap.config import Config
 from stairmap.detection.candidate import Candidate, Scene, examine
-from stairmap.detection.elevation import make_elevation
+from stairmap.detection.elevation import Elevation, make_elevation
 from stairmap.detection.fit import MIN_NOISE
 from stairmap.detection.inverse_depth import (
     InverseDepthImage,
     SurfaceNormals,
-    estimate_smoothing,
+    estimate_smoothings,
     fit_surface_normals,
     inverse_depth_from_frame,
 )
 from stairmap.detection.lattice import find_lattices, group_corners
-from stairmap.detection.nosing_search import find_corners
+from stairmap.detection.nosing_search import Corners, find_corners, find_turns
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.detection.orientation import (
     GIVEN_UP_STD,
     CorrectedUp,
-    Heading,
     correct_up,
     estimate_up,
     find_headings,
-    find_line_headings,
     find_up_error,
     level_axes,
 )
@@ -49,8 +47,17 @@ MAX_HEADINGS = 2
 MIN_DISTANCES = 4
 """Once a stairway was found, other headings are tried only where surfaces stand at so many distances."""
 
+SAME_HEADING = np.radians(8.0)
+"""Headings nearer than this to one that was tried are not tried again, rad."""
+
+MIN_TURN, MAX_TURN = np.radians(1.5), np.radians(20.0)
+"""A heading is turned square to the edges seen along it where they differ by so much, rad."""
+
 STRIP_NOISE = 0.25
 """Noise of a strip's ray relative to a pixel's: 16 pixels are averaged."""
+
+MAX_EDGE_HEADINGS = 2
+"""Headings of level edges that are tried where upright surfaces led to nothing."""
 
 MAX_LATTICES = 3
 """Lattices along one heading that are examined."""
@@ -111,7 +118,7 @@ class StairEdgeDetector:
         std = GIVEN_UP_STD if frame.up is None or frame.up_std is None else frame.up_std
         corrected = correct_up(surfaces, up, max_correction=limit, std=std)
         candidates, rejections = self._look_around(image, surfaces, corrected, frame.stamp_ns)
-        if any(candidate.observation for candidate in candidates) or frame.up is None:
+        if _any_accepted(candidates) or frame.up is None:
             return candidates, rejections
         error = find_up_error(surfaces, frame.up, max_correction=limit)
         if error is not None:
@@ -123,54 +130,86 @@ class StairEdgeDetector:
     def _look_around(
         self, image: InverseDepthImage, surfaces: SurfaceNormals, corrected: CorrectedUp, stamp_ns: int
     ) -> tuple[list[Candidate], tuple[Rejection, ...]]:
-        """Look along all headings; return the candidates, and why there is none that was accepted."""
+        """Look along all headings; return the candidates, and why there is none that was accepted.
+
+        Upright surfaces tell most headings; where they lead to nothing, level edges do, as with stairs that
+        descend and show no risers.
+        """
+        look = _Look(image, surfaces, corrected, stamp_ns, self._config)
         headings = find_headings(surfaces, corrected.up, max_headings=MAX_HEADINGS)
-        candidates = self._look_along(image, surfaces, corrected, headings, stamp_ns)
-        if not any(candidate.observation for candidate in candidates):
-            others = find_line_headings(image, corrected.up, known=headings, max_headings=1)
-            candidates += self._look_along(image, surfaces, corrected, others, stamp_ns)
-            headings = [*headings, *others]
-        if not headings:
+        candidates: list[Candidate] = []
+        for angle, num_distances in headings:
+            if num_distances >= MIN_DISTANCES or not _any_accepted(candidates):
+                candidates += look.along(angle)
+        if not _any_accepted(candidates):
+            for angle in look.headings_of_edges([heading.angle for heading in headings]):
+                candidates += look.along(angle)
+        if not look.has_scans:
             return candidates, (Rejection(rule="headings", measured=0, limit=1, unit="1"),)
         if not candidates:
             limit = self._config.detection.min_steps
             return candidates, (Rejection(rule="min_steps", measured=0, limit=limit, unit="1"),)
         return candidates, max(candidates, key=lambda candidate: candidate.score).rejections
 
-    def _look_along(
+
+class _Look:
+    """One frame that is looked along several headings."""
+
+    def __init__(
         self,
         image: InverseDepthImage,
         surfaces: SurfaceNormals,
         corrected: CorrectedUp,
-        headings: Sequence[Heading],
         stamp_ns: int,
-    ) -> list[Candidate]:
-        """Examine what repeats like stairs along each heading."""
-        ahead, left = level_axes(corrected.up)
-        smoothing = estimate_smoothing(image)
-        noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
-        candidates: list[Candidate] = []
-        for angle, num_distances in headings:
-            if num_distances < MIN_DISTANCES and any(candidate.observation for candidate in candidates):
-                continue
-            forward = np.cos(angle) * ahead + np.sin(angle) * left
-            # Ground that slopes aside turns no rise: only along the heading does it matter what is level.
-            climb = float(corrected.ground @ forward)
-            up = normalized(corrected.ground - climb * forward)
-            elevation = make_elevation(image, up, forward)
-            if elevation is None:
-                continue
-            scene = Scene(
-                image=image, elevation=elevation, noise=noise, smoothing=smoothing, up_std=corrected.std,
-                ground_slope=-climb / float(corrected.ground @ up), stamp_ns=stamp_ns,
-            )  # fmt: skip
-            corners = find_corners(elevation, noise=noise)
-            groups = group_corners(corners, num_strips=len(elevation.bearing), noise=noise)
-            for lattice in find_lattices(
-                groups, self._config.envelope, noise=noise, max_lattices=MAX_LATTICES
-            ):
-                candidates.append(examine(scene, lattice, self._config))
-        return candidates
+        config: Config,
+    ) -> None:
+        self._image, self._corrected, self._stamp_ns, self._config = image, corrected, stamp_ns, config
+        self._noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
+        self._smoothings = estimate_smoothings(image)
+        self.has_scans = False
+
+    def along(self, angle: float) -> list[Candidate]:
+        """Examine what repeats like stairs along a heading, turned square to the edges that are seen there."""
+        scans = self._scan(angle)
+        if scans is None:
+            return []
+        turns = find_turns(*scans[:2], max_turns=1)
+        if turns and MIN_TURN < abs(turns[0]) < MAX_TURN:
+            scans = self._scan(angle + turns[0]) or scans
+        elevation, corners, ground_slope = scans
+        groups = group_corners(corners, num_strips=len(elevation.bearing), noise=self._noise)
+        scene = Scene(
+            image=self._image, elevation=elevation, noise=self._noise, smoothings=self._smoothings,
+            up_std=self._corrected.std, ground_slope=ground_slope, stamp_ns=self._stamp_ns,
+        )  # fmt: skip
+        lattices = find_lattices(groups, self._config.envelope, noise=self._noise, max_lattices=MAX_LATTICES)
+        return [examine(scene, lattice, self._config) for lattice in lattices]
+
+    def headings_of_edges(self, known: Sequence[float]) -> list[float]:
+        """Headings square to level edges that are in view, without those that are known."""
+        scans = self._scan(0.0)
+        if scans is None:
+            return []
+        turns = find_turns(*scans[:2], max_turns=MAX_EDGE_HEADINGS + len(known))
+        return [turn for turn in turns if all(abs(turn - other) > SAME_HEADING for other in known)]
+
+    def _scan(self, angle: float) -> tuple[Elevation, Corners, float] | None:
+        """The elevation along a heading, its corners, and how much the ground climbs along it."""
+        ground = self._corrected.ground
+        ahead, left = level_axes(self._corrected.up)
+        forward = np.cos(angle) * ahead + np.sin(angle) * left
+        # Ground that slopes aside turns no rise: only along the heading does it matter what is level.
+        climb = float(ground @ forward)
+        up = normalized(ground - climb * forward)
+        elevation = make_elevation(self._image, up, forward)
+        if elevation is None:
+            return None
+        self.has_scans = True
+        return elevation, find_corners(elevation, noise=self._noise), -climb / float(ground @ up)
+
+
+def _any_accepted(candidates: Sequence[Candidate]) -> bool:
+    return any(candidate.observation is not None for candidate in candidates)
 
 
 def _without_duplicates(
@@ -193,7 +232,9 @@ def _area_of(observation: StairObservation, image: InverseDepthImage) -> Float64
     ends = np.concatenate([edge.nosing for edge in observation.edges])
     pixels = image.camera.project(ends)
     size = [image.camera.width - 1, image.camera.height - 1]
-    return np.stack([np.clip(np.nanmin(pixels, axis=0), 0, size), np.clip(np.nanmax(pixels, axis=0), 0, size)])
+    return np.stack(
+        [np.clip(np.nanmin(pixels, axis=0), 0, size), np.clip(np.nanmax(pixels, axis=0), 0, size)]
+    )
 
 
 def _overlap(first: Float64Array, second: Float64Array) -> float:

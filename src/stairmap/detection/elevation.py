@@ -106,7 +106,9 @@ def make_grid(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevatio
     """
     camera = image.camera
     right, down = _upright_axes(up)
-    corners = np.array([[x, y] for x in (0, camera.width - 1) for y in (0, camera.height - 1)], dtype=np.float64)
+    corners = np.array(
+        [[x, y] for x in (0, camera.width - 1) for y in (0, camera.height - 1)], dtype=np.float64
+    )
     rays = np.column_stack([(corners - [camera.cx, camera.cy]) / [camera.fx, camera.fy], np.ones(4)])
     across, along = rays @ right, rays @ down
     num_columns = round((across.max() - across.min()) * camera.fx) + 1

@@ -45,6 +45,9 @@ CONTINUED_HEIGHT = 0.8
 MAX_UNSEEN = 1
 """Steps on end that may be hidden before stairs end for the eye."""
 
+FLAT_ROUNDS = 4
+"""Rounds in which a flat surface is fitted robustly to the rays."""
+
 SIDE_SHARE = 0.03
 """Stairs reach from this share to the rest of the rays on them, ordered across: a few lie beside them."""
 
@@ -259,6 +262,55 @@ def choose_steps(evidence: Evidence, found: tuple[int, int]) -> tuple[int, int] 
             place += direction
         ends.append(end)
     return ends[0], ends[1]
+
+
+def compare_with_flat(rays: Rays, fitted: FittedProfile, sides: tuple[float, float]) -> float:
+    """Compare how well steps explain the rays with how well one flat surface does: a wall, floor or ramp.
+
+    In inverse distance over slope, any flat surface is a straight line. It is fitted to the same rays, those
+    from the foot of the stairs to the last nosing, robustly and with the same noise.
+
+    Parameters
+    ----------
+    rays
+        Rays of the stairs' strips in the fitted axes.
+    fitted
+        The profile of the steps that were seen.
+    sides
+        Right and left side of the stairs, m.
+
+    Returns
+    -------
+    Cost of the steps over that of the flat surface: near 0 for stairs, 1 where steps explain nothing more.
+    """
+    profile = fitted.profile
+    s, z = np.maximum(profile.nosing_distances, MIN_FORWARD), profile.tread_heights
+    low, high = (z[0] / s[0], z[-1] / s[-1]) if profile.run > 0 else (z[-1] / s[-1], z[1] / s[0])
+    chosen = (rays.slope > low) & (rays.slope < high) & (rays.inverse_distance > 0)
+    if np.count_nonzero(chosen) < MIN_RAYS:
+        return 1.0
+    slope, q = rays.slope[chosen], rays.inverse_distance[chosen]
+    predicted = fitted.predict(slope)
+    entry = predicted.entries(slope)
+    across = rays.bearing[chosen] / np.maximum(predicted.expected(slope, entry), 1e-6)
+    inside = (across > sides[0]) & (across < sides[1])
+    if np.count_nonzero(inside) < MIN_RAYS:
+        return 1.0
+    slope, q, entry = slope[inside], q[inside], entry[inside]
+    variance = fitted.noise**2 + (SURFACE_TOLERANCE / NUM_SIGMA * predicted.sensitivity[entry]) ** 2
+    by_steps = (q - predicted.expected(slope, entry)) ** 2
+    weight = 1.0 / variance
+    for _ in range(FLAT_ROUNDS):
+        design = np.stack([np.ones(len(slope)), slope])
+        line = np.linalg.lstsq((design * np.sqrt(weight)).T, q * np.sqrt(weight), rcond=None)[0]
+        by_flat = (q - line @ design) ** 2
+        weight = 1.0 / (variance * (1.0 + by_flat / variance / NUM_SIGMA**2) ** 2)
+
+    def cost(squares: Float64Array) -> float:
+        ratio = squares / variance
+        return float(np.sum(ratio / (1.0 + ratio / NUM_SIGMA**2)))
+
+    return cost(by_steps) / max(cost(by_flat), 1e-9)
 
 
 def is_level_seen(rays: Rays, profile: StairProfile, *, is_top: bool) -> bool:

@@ -158,6 +158,8 @@ class FittedProfile:
         Of the overhang, m.
     rise_information
         (2, 3) what the rays say of rise and edge shift together (``StairObservation.rise_information``).
+    cost
+        Robust squares of the rays about the profile, in units of a common error: for comparing fits.
     """
 
     profile: StairProfile
@@ -170,6 +172,7 @@ class FittedProfile:
     step_std: Float64Array
     overhang_std: float
     rise_information: Float64Array
+    cost: float
 
     def __post_init__(self) -> None:
         for name in ("covariance", "step_std", "rise_information"):
@@ -248,7 +251,7 @@ def fit_profile(
         state = state.moved(change)
         if not state.is_sane(start):
             return None
-    return _result(state, matrix, optics.shift)
+    return _result(state, matrix, optics.shift, table.cost())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -353,6 +356,11 @@ class _Table:
             + self.prediction.edge_spread**2
         )
 
+    def cost(self) -> float:
+        """Robust squares of the residuals, with one error for all: edges and noise are not excused."""
+        ratio = self.residual / (COARSE_STDS[-1] * self.prediction.sensitivity[self.entry])
+        return float(np.sum(ratio**2 / (1.0 + ratio**2 / TAIL**2)))
+
     def equations(self, noise: float, coarse: float) -> tuple[Float64Array, Float64Array] | None:
         """Normal matrix and gradient over all values, without the prior; ``None`` with too few rays."""
         variance = self.variance(noise, coarse)[self.entry]
@@ -421,7 +429,7 @@ def _slope_range(profile: StairProfile) -> tuple[float, float]:
     return float(low), float(z[0] / (near[0] + LEVEL_BEHIND * run))
 
 
-def _result(state: _State, matrix: Float64Array, known_shift: float) -> FittedProfile:
+def _result(state: _State, matrix: Float64Array, known_shift: float, cost: float) -> FittedProfile:
     profile = state.profile
     full = np.linalg.inv(matrix)
     order = [REGULAR.index(name) for name in ("rise", "run", "distance", "height")] + [TILT, TURN]
@@ -440,6 +448,7 @@ def _result(state: _State, matrix: Float64Array, known_shift: float) -> FittedPr
         step_std=np.stack([own[:n], own[n + 1 :]], axis=1),
         overhang_std=float(np.sqrt(full[overhang, overhang])),
         rise_information=_rise_information(full, profile.rise, state.optics.shift - known_shift),
+        cost=cost,
     )
 
 

@@ -27,15 +27,18 @@ JUMP_STEP = 4
 JUMP_REACH, PLATEAU_REACH = 3, 6
 """A jump is looked at over so many pixels to either side of it; beyond, up to the second, lie plateaus."""
 
-MIN_JUMP_SHARE, MAX_PLATEAU_SHARE = 0.08, 0.15
+MIN_JUMP_SHARE, MAX_PLATEAU_SHARE = 0.05, 0.15
 """Least share of inverse depth that a jump takes, and the most that a plateau changes, of the jump: a floor
 that recedes changes everywhere."""
 
-MIN_JUMPS = 15
+MIN_JUMPS = 10
 """Fewest jumps that tell how a sensor smooths."""
 
 SHARP = 0.5
 """Standard deviation over which a pixel's footprint blends what it sees, pixels: the least there is."""
+
+SMOOTH = 2.0
+"""The same of a sensor that fuses its measurements into a smooth image, pixels: phones do."""
 
 SMOOTHINGS = np.linspace(0.2, 4.0, 77)
 """Standard deviations that are told apart, pixels."""
@@ -117,7 +120,7 @@ def inverse_depth_from_frame(frame: DepthFrame, *, max_depth: float) -> InverseD
     return InverseDepthImage(inverse_depth=inverse, valid=inverse > 0, camera=camera, stride=stride)
 
 
-def estimate_smoothing(image: InverseDepthImage) -> float:
+def estimate_smoothings(image: InverseDepthImage) -> tuple[float, ...]:
     """Estimate over how many pixels a sensor blends both sides of a jump of depth.
 
     Between two plateaus, a jump smoothed by a Gaussian takes a known share of itself in its steepest pixel.
@@ -130,16 +133,17 @@ def estimate_smoothing(image: InverseDepthImage) -> float:
 
     Returns
     -------
-    The Gaussian's standard deviation, pixels; ``SHARP`` where too few jumps are in view, and at least that.
+    The Gaussian's standard deviation, pixels, at least ``SHARP``; where too few jumps are in view, ``SHARP`` and
+    ``SMOOTH``, of which the fit must choose.
     """
     q = image.inverse_depth
     shares = np.concatenate([_jump_shares(q[:, ::JUMP_STEP]), _jump_shares(q[::JUMP_STEP].T)])
     if len(shares) < MIN_JUMPS:
-        return SHARP
+        return SHARP, SMOOTH
     within = ndtr(JUMP_REACH / SMOOTHINGS) - ndtr(-JUMP_REACH / SMOOTHINGS)
     expected = (ndtr(0.5 / SMOOTHINGS) - ndtr(-0.5 / SMOOTHINGS)) / within
     seen = float(np.percentile(shares, 75))
-    return max(float(np.interp(-seen, -expected, SMOOTHINGS)), SHARP)
+    return (max(float(np.interp(-seen, -expected, SMOOTHINGS)), SHARP),)
 
 
 def _jump_shares(scans: Float32Array) -> Float32Array:

@@ -12,7 +12,7 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.config import Config, EnvelopeConfig
-from stairmap.detection.evidence import Evidence
+from stairmap.detection.evidence import Evidence, compare_with_flat
 from stairmap.detection.fit import FittedProfile, Rays
 from stairmap.detection.observation import Rejection
 from stairmap.detection.profile import StairProfile
@@ -23,6 +23,10 @@ MAX_SEE_THROUGH = 0.30
 MAX_HIDDEN = 0.60
 """Largest share of rays towards the stairs that end at something in front of them. People and bags hide a
 part; what hides most is the thing itself: a pallet, through whose gaps a few boards line up."""
+
+MAX_FLATNESS = 0.65
+"""Steps must leave at most this share of what one flat surface leaves unexplained: where noise is as large as
+steps, any lattice fits a slope."""
 
 MAX_IRREGULARITY = 0.035
 """Largest root mean square of the steps' own places off the regular ones, m."""
@@ -68,8 +72,8 @@ class Case:
         Of each of its steps.
     rays
         Rays of the stairs' strips in the fitted axes.
-    width
-        Distance between the stairs' ends, m.
+    sides
+        Right and left end of the stairs, m to the left of the camera's sagittal plane; NaN where none was seen.
     num_found
         Nosings that found the lattice.
     """
@@ -77,8 +81,14 @@ class Case:
     fitted: FittedProfile
     evidence: Evidence
     rays: Rays
-    width: float
+    sides: tuple[float, float]
     num_found: int
+
+    @property
+    def width(self) -> float:
+        """Distance between the ends, m; 0 where none was seen."""
+        width = self.sides[1] - self.sides[0]
+        return width if np.isfinite(width) else 0.0
 
 
 def find_rejections(case: Case, config: Config) -> tuple[Rejection, ...]:
@@ -88,6 +98,7 @@ def find_rejections(case: Case, config: Config) -> tuple[Rejection, ...]:
         *_check_envelope(case.fitted, config.envelope),
         *_check_solid(case),
         *_check_regular(case.fitted),
+        *_check_not_flat(case),
     ]
     if case.width < config.envelope.min_width:
         found.append(_broken("min_width", case.width, config.envelope.min_width, "m"))
@@ -158,6 +169,14 @@ def _check_regular(fitted: FittedProfile) -> list[Rejection]:
     irregularity = float(np.sqrt(np.mean(own**2)))
     if irregularity > MAX_IRREGULARITY:
         return [_broken("max_irregularity", irregularity, MAX_IRREGULARITY, "m")]
+    return []
+
+
+def _check_not_flat(case: Case) -> list[Rejection]:
+    """Steps that can be told from a wall, a floor or a ramp."""
+    flatness = compare_with_flat(case.rays, case.fitted, case.sides)
+    if flatness > MAX_FLATNESS:
+        return [_broken("max_flatness", flatness, MAX_FLATNESS, "1")]
     return []
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
-from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask, Vector
-from stairmap.detection.inverse_depth import InverseDepthImage, SurfaceNormals
+from stairmap.arrays import Float32Array, Float64Array, Vector
+from stairmap.detection.inverse_depth import SurfaceNormals
 from stairmap.geometry import angle_between, cross, normalized
 
 MAX_PEAKS = 6
@@ -23,9 +21,6 @@ HEADING_BINS = 72
 
 MAX_RESIDUAL = 1.5
 """Normals whose plane fits worse than this many times the frame's noise do not tell up."""
-
-MAX_HOLE = 5
-"""Holes without depth up to this size, working pixels, are closed before lines are looked for."""
 
 PLANE_RESIDUAL = 0.0005
 """A plane that fits better than this, 1/m, is one however small the frame's noise is."""
@@ -70,9 +65,9 @@ def correct_up(
 ) -> CorrectedUp:
     """Weigh a given up against floor, treads, walls and risers.
 
-    Each normal within 15 degrees of up is one of level surfaces, each within 10 degrees of level one of upright
-    surfaces; three rounds with tighter limits. Where these disagree with the given up, either it is wrong, or the
-    ground slopes: both are weighed by how common they are, and walls and risers have their say.
+    Each normal within 15 degrees of up is one of level surfaces, each within 10 degrees of level one of
+    upright surfaces; three rounds with tighter limits. Where these disagree with the given up, either it is
+    wrong, or the ground slopes: both are weighed by how common they are, and walls and risers have their say.
 
     Parameters
     ----------
@@ -282,80 +277,3 @@ def find_headings(surfaces: SurfaceNormals, up: Vector, *, max_headings: int) ->
         headings.append(Heading(angle, int(np.count_nonzero(histogram > 3))))
     headings.sort(key=lambda heading: -heading.num_distances)
     return headings[:max_headings]
-
-
-def find_line_headings(
-    image: InverseDepthImage, up: Vector, *, known: Sequence[Heading], max_headings: int
-) -> list[Heading]:
-    """Find headings from straight jumps of depth, for stairs that show no risers.
-
-    A level edge seen as a line in the image spans a plane with the camera, whose intersection
-    with the horizontal is the edge's direction; the heading is square to it.
-
-    Parameters
-    ----------
-    image
-        Inverse depth.
-    up
-        (3,) unit vector, camera frame.
-    known
-        Headings that were tried already; others within 8 degrees of them are left out.
-    max_headings
-        How many are returned at most.
-
-    Returns
-    -------
-    Headings by the total length of their lines; ``num_distances`` is 0, since no surface was seen.
-    """
-    # Half a percent of an inverse distance of 1/m is one grey level: 100 mm at 1.5 m give 9.
-    grey = np.minimum(image.inverse_depth * 200.0, 255.0).astype(np.uint8)
-    # Pixels without depth have borders on all sides, which are no edges.
-    closed = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, np.ones((MAX_HOLE, MAX_HOLE), np.uint8))
-    lines = cv2.HoughLinesP(cv2.Canny(closed, 8, 16), 1, np.pi / 180, 25, minLineLength=25, maxLineGap=4)
-    if lines is None:
-        return []
-    camera = image.camera
-    ends = lines.reshape(-1, 2, 2).astype(np.float64)
-    rays = np.ones((len(ends), 2, 3))
-    rays[..., 0] = (ends[..., 0] - camera.cx) / camera.fx
-    rays[..., 1] = (ends[..., 1] - camera.cy) / camera.fy
-    normals = np.cross(rays[:, 0], rays[:, 1])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    directions = np.cross(normals, up)
-    sharpness = np.linalg.norm(directions, axis=1)
-    ahead, left = level_axes(up)
-    # The heading is the edge's direction turned by a quarter; its sign is chosen to look ahead.
-    heading_vectors = np.cross(directions, up)
-    angles = np.arctan2(heading_vectors @ left, heading_vectors @ ahead)
-    angles = (angles + np.pi / 2) % np.pi - np.pi / 2
-    weights = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    weights *= (sharpness > 0.15) & _is_level(image, ends.astype(np.int64), rays, up)
-    bins = np.floor((angles + np.pi / 2) / np.radians(5)).astype(np.int64).clip(0, 35)
-    histogram = np.bincount(bins, weights, 36)
-    smooth = histogram + 0.5 * (np.roll(histogram, 1) + np.roll(histogram, -1))
-    found: list[float] = []
-    for peak in np.argsort(-smooth):
-        if len(found) >= max_headings or smooth[peak] < 60:
-            break
-        near = (np.abs(bins - peak) <= 1) & (weights > 0)
-        if not near.any():
-            continue
-        angle = float(np.average(angles[near], weights=weights[near] ** 2))
-        taken = [*(heading.angle for heading in known), *found]
-        if abs(angle) < np.radians(80) and all(abs(angle - other) > np.radians(8) for other in taken):
-            found.append(angle)
-    return [Heading(angle, 0) for angle in found]
-
-
-def _is_level(image: InverseDepthImage, ends: IntArray, rays: Float64Array, up: Vector) -> Mask:
-    """Whether (N, 2) line ends lie at one height, on the nearer side of their jump; a rail does not."""
-    nearest = cv2.dilate(image.inverse_depth, np.ones((5, 5), np.uint8))
-    # A fifth inward from either end: the ends themselves often lie on what holds the edge.
-    inner = np.stack([0.8 * ends[:, 0] + 0.2 * ends[:, 1], 0.2 * ends[:, 0] + 0.8 * ends[:, 1]], axis=1)
-    inner_rays = np.stack([0.8 * rays[:, 0] + 0.2 * rays[:, 1], 0.2 * rays[:, 0] + 0.8 * rays[:, 1]], axis=1)
-    pixels = np.rint(inner).astype(np.int64)
-    q = nearest[pixels[..., 1], pixels[..., 0]]
-    points = inner_rays / np.maximum(q, 1e-3)[..., None]
-    along = points[:, 1] - points[:, 0]
-    length = np.linalg.norm(along, axis=1)
-    return np.asarray((q > 0).all(axis=1) & (np.abs(along @ up) < 0.2 * length) & (length > 0.15))

@@ -112,7 +112,7 @@ class StairProfile:
         return np.asarray(self.height + self.rise * np.arange(-1, self.num_steps) + own)
 
     def with_steps(self, below: int, above: int) -> StairProfile:
-        """Return the profile with so many more regular steps below and above; negative numbers cut steps off."""
+        """Return the profile with more regular steps below and above; negative numbers cut some off."""
         num_steps = self.num_steps + below + above
         distances, heights = self.offsets[: self.num_steps], self.offsets[self.num_steps :]
         kept = np.arange(-below, self.num_steps + above)
@@ -159,9 +159,7 @@ class Outline:
 
     def by(self, chain: Float64Array) -> Outline:
         """Return the outline with its derivatives by other values, given (M, K) those of its own by them."""
-        return replace(
-            self, line_gradient=self.line_gradient @ chain, top_gradient=self.top_gradient @ chain
-        )
+        return replace(self, line_gradient=self.line_gradient @ chain, top_gradient=self.top_gradient @ chain)
 
     @property
     def is_level(self) -> Mask:
@@ -282,8 +280,9 @@ class _Pieces:
             step=np.append(self.step[order].reshape(-1)[chosen], last).astype(np.int64),
             line=np.concatenate([line, [beyond]]),
             top=np.append(end[chosen], np.inf),
-            line_gradient=np.concatenate([self.line_gradient[order].reshape(-1, 2, num_values)[chosen],
-                                          np.zeros((1, 2, num_values))]),
+            line_gradient=np.concatenate(
+                [self.line_gradient[order].reshape(-1, 2, num_values)[chosen], np.zeros((1, 2, num_values))]
+            ),
             top_gradient=np.concatenate([gradient[chosen], np.zeros((1, num_values))]),
         )
 
@@ -320,13 +319,17 @@ class _Pieces:
             self.line_gradient[rows, tread, 1, value] = -(inverse**2) * by
             self.line_gradient[rows, tread, 0, value] = -(offset * by + direct) * inverse
 
-    def _set_line(self, surface: Surface, rows: IntArray, a: Float64Array | float, b: Float64Array | float) -> None:
+    def _set_line(
+        self, surface: Surface, rows: IntArray, a: Float64Array | float, b: Float64Array | float
+    ) -> None:
         self.line[rows, surface, 0], self.line[rows, surface, 1] = a, b
 
     def _set_end(self, surface: Surface, rows: IntArray, end: Float64Array, seen: Mask) -> None:
         self.end[rows, surface] = np.where(seen, end, -np.inf)
 
-    def _set_nosing_slope(self, rows: IntArray, surface: Surface, heights: Float64Array, *, thickness: float) -> None:
+    def _set_nosing_slope(
+        self, rows: IntArray, surface: Surface, heights: Float64Array, *, thickness: float
+    ) -> None:
         """Derivatives of the slope of nosings, or of the lower edge of their fronts."""
         step = rows - 1
         s = np.maximum(self.s[step], MIN_FORWARD)
@@ -399,7 +402,8 @@ class Prediction:
         if len(self.slope) < 2:
             return np.zeros(slopes.shape, dtype=np.int64)
         spacing = self.slope[1] - self.slope[0]
-        return np.clip(np.rint((slopes - self.slope[0]) / spacing), 0, len(self.slope) - 1).astype(np.int64)
+        place = np.rint((slopes - self.slope[0]) / spacing)
+        return np.asarray(np.clip(place, 0, len(self.slope) - 1), dtype=np.int64)
 
     def expected(self, slopes: Float64Array, entries: IntArray) -> Float64Array:
         """Return Q of rays near some entries: between edges it is straight."""
@@ -414,7 +418,7 @@ def tabulate(outline: Outline, optics: Optics, low: float, high: float, *, has_g
     """Predict what rays see at every half row between two slopes."""
     spacing = ROWS_PER_ENTRY * optics.row_size
     slopes = low + spacing * np.arange(int((high - low) / spacing) + 2)
-    return predict(outline, slopes, optics, has_gradient=has_gradient)
+    return predict(outline, np.asarray(slopes, dtype=np.float64), optics, has_gradient=has_gradient)
 
 
 def predict(
