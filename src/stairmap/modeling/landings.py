@@ -85,7 +85,6 @@ def _find_neighbours(flights: Sequence[Flight]) -> list[tuple[int, int]]:
     level, step = np.hypot(between[..., 0], between[..., 1]), np.abs(between[..., 2])
     limit = np.maximum(MAX_LANDING_STEP, LANDING_STEP_SHARE * np.array([flight.rise for flight in flights]))
     follows = (step < limit[:, None]) & (level < MAX_LANDING_LENGTH)
-    np.fill_diagonal(follows, False)
     below, above = np.nonzero(follows)
     cost = level[below, above] + STEP_COST * step[below, above]
     order = np.lexsort((above, below, cost))
