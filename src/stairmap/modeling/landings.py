@@ -141,9 +141,7 @@ def make_landing(lower: Flight, upper: Flight) -> Landing:
     the wider flight (building codes ask for it), so that is what it gets.
     """
     flight_from_map = invert_transform(lower.map_from_flight)
-    foot = upper.edges()[0].copy()
-    foot[:, 2] -= upper.rise
-    local = transform_points(flight_from_map, np.concatenate([foot, lower.edges()[-1]]))
+    local = transform_points(flight_from_map, np.concatenate([upper.edges()[0], lower.edges()[-1]]))
     begin = (lower.num_risers - 1) * lower.run
     straight = abs((upper.heading - lower.heading + np.pi) % (2 * np.pi) - np.pi) < np.radians(30)
     end = (
