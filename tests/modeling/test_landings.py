@@ -275,9 +275,9 @@ def test_one_flight_follows_one_other() -> None:
 
 
 def test_flights_that_follow_each_other_in_a_circle_are_a_chain() -> None:
-    # A single riser up and its like beside it: each begins near the other's top.
-    low = make_flight(base=np.zeros(3), num_risers=1, rise=0.1)
-    beside = make_flight(base=np.array([0.5, 0.0, 0.05]), num_risers=1, rise=0.1)
+    # Two low sills beside each other: each begins near the other's top.
+    low = make_flight(base=np.zeros(3), num_risers=1, rise=0.04)
+    beside = make_flight(base=np.array([0.5, 0.0, 0.02]), num_risers=1, rise=0.04)
     (chain,) = join_flights([low, beside])
     assert sorted(chain) == [0, 1]
 

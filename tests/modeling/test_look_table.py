@@ -132,6 +132,9 @@ def test_a_frame_that_sees_and_misses_it_has_seen_it_last() -> None:
     # Eighteen misses at stamps 0 to 17; four views at the stamps of the first four of the last eighteen.
     assert not is_withdrawn(np.arange(18), stamps(14, 15, 16, 17))
     assert is_withdrawn(np.arange(18), stamps(0, 1, 2, 3))
+    # The eighteenth view from the end is one of two of the same frame, at stamp 0.
+    assert not is_withdrawn(np.arange(15), stamps(0, 20, 21, 22))
+    assert is_withdrawn(np.arange(15), stamps(-1, 20, 21, 22))
 
 
 # In the map

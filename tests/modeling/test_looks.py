@@ -138,6 +138,13 @@ def test_no_ray_goes_to_a_flight_that_is_not_in_view(pose: Transform) -> None:
     assert look_at(FLIGHT, frame_of([room()], pose), pose) is None
 
 
+@pytest.mark.parametrize(("distance", "is_asked"), [(3.9, True), (4.1, False)])
+def test_a_flight_is_asked_for_within_4_m(distance: float, is_asked: bool) -> None:
+    pose = pose_looking((-distance, 0.0, 0.8))
+    found = look_at(FLIGHT, frame_of([room(), stairs_solid(STAIRS)], pose), pose)
+    assert (found is not None) is is_asked
+
+
 def test_steps_so_low_that_the_floor_lies_just_behind_them_tell_nothing() -> None:
     kerb = make_flight(base=np.zeros(3), std=STD, rise=0.10, run=0.3, num_risers=2)
     found = look_at(kerb, frame_of([room()], FRONT), FRONT)

@@ -151,6 +151,18 @@ def test_a_pose_between_others_that_comes_late_counts() -> None:
     assert_same(mapper.stairways(late), mapper_of(observations).stairways(late))
 
 
+def test_a_way_that_changed_before_the_stairs_were_seen_changes_how_sure_their_place_is() -> None:
+    observations, poses = drive(3, 40)
+    late = [index for index in range(40) if index >= 5]
+    mapper = mapper_of([observations[index] for index in late], DRIFTING)
+    here = trajectory_of(poses)
+    detour = trajectory_of([turned_map(0.0, (0.0, 0.0, 100.0)) @ poses[0], *poses[1:]])
+    first = mapper.stairways(here)
+    found = mapper.stairways(detour)
+    assert found[0].flights[0].std.base[2] > first[0].flights[0].std.base[2] + 0.1
+    assert_same(found, mapper_of([observations[index] for index in late], DRIFTING).stairways(detour))
+
+
 class Counter:
     """Counts the calls of a function that it stands in for."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -180,15 +179,3 @@ def test_the_only_way_over_stairs_is_their_portal():
     grids = {level: block_stairs(empty_grid(), stairways, floors, level) for level in (0, 1)}
     assert grids[0].value_at((5.0, 2.0)) == 100
     assert FloorPlanner(grids, portals, load_robot("spot")).find_route(0, (1, 1), 1, (18, 18))
-
-
-def test_ground_beyond_an_end_that_nobody_saw_is_forbidden_where_stairs_may_go_on():
-    for end, level, sign in (("top_seen", 1, 1), ("bottom_seen", 0, -1)):
-        flight = make_flight(base=(4, 2, 0), rise=0.17, num_risers=12, bottom_seen=True, top_seen=True)
-        seen = make_stairway(flight)
-        unseen = make_stairway(replace(flight, **{end: False}))
-        edge = 4.0 + (11 * 0.28 if level else 0.0)
-        for stairway, reach in ((seen, 0.30 if level else 0.05), (unseen, 1.50 if level else 1.25)):
-            mask = make_keepout_mask([stairway], find_floors([stairway]), level)
-            assert mask.value_at((edge + sign * (reach - 0.04), 2.0)) == 100
-            assert mask.value_at((edge + sign * (reach + 0.06), 2.0)) == 0

@@ -75,15 +75,3 @@ def test_a_portal_is_json():
     values = portal_of().to_dict()
     assert values["levels"] == [0, 1]
     assert values["leads_to_unexplored"] is True
-
-
-def test_a_portal_tells_which_of_its_ends_nobody_saw():
-    seen = portal_of()
-    assert not seen.is_lower_open and not seen.is_upper_open and not seen.notes
-    for name in ("lower", "upper"):
-        end = "top_seen" if name == "upper" else "bottom_seen"
-        portal = portal_of(make_stairway(make_flight(rise=0.17, **{end: False})))
-        assert (portal.is_lower_open, portal.is_upper_open) == (name == "lower", name == "upper")
-        (note,) = portal.notes
-        assert f"stairway 1: nobody saw its {name} end" in note
-        assert portal.to_dict()["open_ends"] == {"lower": name == "lower", "upper": name == "upper"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,19 @@ from ros_environment import ENVIRONMENT
 
 from ideal_observations import make_flight
 from stairmap.modeling.landings import make_landing
-from stairmap.stairway import Stairway
+from stairmap.stairway import Stairway, Step
 
 pytestmark = pytest.mark.usefixtures("wheels")
 
-LOWER = make_flight()
+LOWER = make_flight(overhang=0.025, bottom_seen=True, top_seen=False)
+LOWER = replace(
+    LOWER,
+    std=replace(LOWER.std, overhang=0.004),
+    steps=(
+        Step(nosing=LOWER.edges()[0], num_observations=5, std=(0.004, 0.002)),
+        Step(nosing=LOWER.edges()[1], num_observations=0),
+    ),
+)
 UPPER = make_flight(base=np.array([2.0, 3.0, 1.5]), heading=np.pi / 2)
 STAIRWAY = Stairway(
     id=7,
@@ -67,6 +76,22 @@ print(json.dumps([[(m.ns, m.id, m.action) for m in r] for r in rounds]))
     assert {(name, marker_id) for name, marker_id, _ in shown[1:]} == keys
     assert len(shown) == 1 + len(keys)
     assert {action for _, _, action in shown[1:]} == {0}
+
+
+def test_overhang_ends_and_deviations_of_steps_are_in_the_message() -> None:
+    lower, upper = run_with_ros("""
+from math import isnan
+known = lambda value: None if isnan(value) else value
+print(json.dumps([
+    {"overhang": [known(f.overhang), known(f.overhang_std)], "seen": [f.bottom_seen, f.top_seen],
+     "stds": [[known(step.std_along), known(step.std_up)] for step in f.steps]}
+    for f in make_stairway_array([stairway], header).stairways[0].flights
+]))
+""")
+    assert lower == {
+        "overhang": [0.025, 0.004], "seen": [True, False], "stds": [[0.004, 0.002], [None, None]],
+    }  # fmt: skip
+    assert upper == {"overhang": [None, None], "seen": [False, False], "stds": []}
 
 
 def test_a_stairway_of_two_flights_keeps_its_order_landing_and_stamps() -> None:

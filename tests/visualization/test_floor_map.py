@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,17 @@ def test_each_floor_is_drawn_with_its_stairs_costs_and_the_way(building):
     for name in ("planned way", "start", "goal", "passable for Boston Dynamics Spot", "stairs, arrow up"):
         assert name in text
     assert figure.axes[0].get_xlabel() == "map x, m"
+
+
+def test_an_end_that_nobody_saw_is_told_on_its_floor(building):
+    assert "may go on" not in texts(draw_floor_maps(building[0], [STAIRWAY], building[1]))
+    stairway = replace(
+        STAIRWAY, flights=(*STAIRWAY.flights[:-1], replace(STAIRWAY.flights[-1], top_seen=False))
+    )
+    floors = find_floors([stairway])
+    text = texts(draw_floor_maps(floors, [stairway], make_portals([stairway], floors, load_robot("spot"))))
+    assert text.count("may go on here") == 1
+    assert text.count("or beyond: the end of its stairs was not seen") == 1
 
 
 def test_places_to_explore_are_numbered_with_their_cost(building):

@@ -34,9 +34,9 @@ AGREEMENT = 0.010
 MAX_PRECISE_STD = 0.0065
 """Standard deviation of an observation's own rise up to which it can confirm a flight, m."""
 
-MAX_FOR_STEPS = 1000
+MAX_FOR_STEPS = 300
 """Most observations that place single steps, evenly taken from all. Six count as one, and a step measured to
-3 mm is then known to 0.2 mm, less than what all frames err in common."""
+3 mm is then known to 0.4 mm, less than what all frames err in common."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

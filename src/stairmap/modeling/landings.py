@@ -85,7 +85,6 @@ def _find_neighbours(flights: Sequence[Flight]) -> list[tuple[int, int]]:
     level, step = np.hypot(between[..., 0], between[..., 1]), np.abs(between[..., 2])
     limit = np.maximum(MAX_LANDING_STEP, LANDING_STEP_SHARE * np.array([flight.rise for flight in flights]))
     follows = (step < limit[:, None]) & (level < MAX_LANDING_LENGTH)
-    np.fill_diagonal(follows, False)
     below, above = np.nonzero(follows)
     cost = level[below, above] + STEP_COST * step[below, above]
     order = np.lexsort((above, below, cost))
@@ -142,9 +141,7 @@ def make_landing(lower: Flight, upper: Flight) -> Landing:
     the wider flight (building codes ask for it), so that is what it gets.
     """
     flight_from_map = invert_transform(lower.map_from_flight)
-    foot = upper.edges()[0].copy()
-    foot[:, 2] -= upper.rise
-    local = transform_points(flight_from_map, np.concatenate([foot, lower.edges()[-1]]))
+    local = transform_points(flight_from_map, np.concatenate([upper.edges()[0], lower.edges()[-1]]))
     begin = (lower.num_risers - 1) * lower.run
     straight = abs((upper.heading - lower.heading + np.pi) % (2 * np.pi) - np.pi) < np.radians(30)
     end = (

@@ -53,7 +53,7 @@ EDGE_FIELDS = np.dtype(
     ]
 )
 
-LATER_FIELDS = ("overhang", "overhang_std", "forward_std", "up_std")
+_LATER_FIELDS = ("overhang", "overhang_std", "forward_std", "up_std")
 """Fields that records of the first version lack; NaN, unknown, where they are read."""
 
 DEFAULT_VARIANCES = (0.02**2, 0.02**2, 0.03**2, 0.03**2, np.radians(3.0) ** 2)
@@ -180,7 +180,7 @@ def _with_all_fields(
     full = np.zeros(len(records), dtype=fields)
     known = records.dtype.names or ()
     missing = [field for field in fields.names or () if field not in known]
-    if not set(missing) <= set(LATER_FIELDS) or set(known) - set(fields.names or ()):
+    if not set(missing) <= set(_LATER_FIELDS) or set(known) - set(fields.names or ()):
         raise ValueError(f"the {name} have the fields {known}, expected {fields.names}")
     for field in known:
         if records.dtype[field] != fields[field]:

@@ -140,6 +140,7 @@ def _draw_floor(
                 bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
             )  # fmt: skip
     state = "" if floor.is_explored else ", not explored"
+    state = ", or beyond: the end of its stairs was not seen" if floor.is_open else state
     axes.set_title(f"floor {floor.level} at {round(floor.height, 2) + 0.0:.2f} m{state}", color=INK)
     axes.set_aspect("equal")
     axes.set_xlabel("map x, m")
@@ -212,7 +213,9 @@ def _draw_stairs(
     aside = flight.map_from_flight[:2, 1] * (flight.width / 2 + _LABEL_DISTANCE)
     others = [other.way[:, :2] for other in here if other.stairway_id != portal.stairway_id]
     beside = max((center + aside, center - aside), key=lambda place: _distance(place, others))
-    draw_label(axes, beside, f"stairway {stairway.id}\nto floor {other}, {cost:.0f} s")
+    is_open = portal.is_lower_open if is_lower else portal.is_upper_open
+    note = ",\nmay go on here" if is_open else ""
+    draw_label(axes, beside, f"stairway {stairway.id}\nto floor {other}, {cost:.0f} s{note}")
 
 
 def _distance(place: Points, ways: Sequence[Points]) -> float:
