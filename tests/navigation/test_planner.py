@@ -286,7 +286,8 @@ def test_stairs_cost_the_way_to_them_and_the_climb_up_or_down():
     assert up.cost == pytest.approx(portal.cost_up)
     assert up.position == pytest.approx(portal.lower.position[:2])
     assert math.isnan(up.size)
-    (down,) = find_candidates(planner(2, grids={1: empty_grid()}), 1, portal.upper.position[:2] + [0.2, 0])
+    x, y, _ = portal.upper.position
+    (down,) = find_candidates(planner(2, grids={1: empty_grid()}), 1, (x + 0.2, y))
     assert (down.kind, down.level, down.stairway_id) == ("stairs", 1, 1)
     assert down.cost == pytest.approx(portal.cost_down + 0.2 / 0.5)
     assert down.position == pytest.approx(portal.upper.position[:2])

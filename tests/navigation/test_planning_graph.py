@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stairmap.navigation.floors import Floor, FloorStack
-from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from stairmap.navigation.occupancy import OCCUPIED, UNKNOWN, OccupancyGrid
 from stairmap.navigation.planning_graph import SNAP, make_planning_graph, nearest_node
 from stairmap.navigation.portals import ANY_ROBOT, make_portal
 from stairmap.navigation.robot_profile import load_robot
@@ -76,7 +76,7 @@ def test_a_step_to_any_of_eight_neighbours_costs_its_length_at_the_robots_speed(
 
 
 def test_a_robot_keeps_half_its_width_from_obstacles_but_not_from_unknown_ground():
-    """Spot with its clearance is 0.6 m wide: the centre of a cell is farther than 0.3 m from an obstacle's."""
+    """Spot with its clearance is 0.6 m wide: centres of cells are farther than 0.3 m from an obstacle's."""
     grid = with_cells(grid_of(resolution=0.1), r10c10=OCCUPIED, r10c30=UNKNOWN)
     numbers = graph_of({0: grid}).nodes[0]
     assert numbers[10, 13] == -1
