@@ -171,7 +171,8 @@ def test_a_negated_map_is_read_the_other_way_round(tmp_path):
 @pytest.mark.parametrize(
     ("change", "is_taken"),
     [
-        ({"free_thresh": 0.0, "occupied_thresh": 0.5}, False), ({"free_thresh": 0.4, "occupied_thresh": 0.4}, False),
+        ({"free_thresh": 0.0, "occupied_thresh": 0.5}, False),
+        ({"free_thresh": 0.4, "occupied_thresh": 0.4}, False),
         ({"free_thresh": 0.4, "occupied_thresh": 1.0}, True), ({"occupied_thresh": 1.01}, False),
         ({"free_thresh": -0.01}, False), ({"resolution": 0}, False), ({"resolution": float("inf")}, False),
         ({"height": 2, "width": 3}, True), ({"height": 3}, False), ({"origin": [1, 2, 0, 0]}, False),

@@ -104,7 +104,8 @@ def test_a_profile_limits_each_measure_in_its_sense_and_unit_with_its_source():
         (limit.measure, limit.sense, limit.value, limit.source, limit.is_binding)
         for limit in limits_of().values()
     ] == [
-        ("rise", "max", 0.2, "a", True), ("single rise", "max", 0.3, "", True), ("run", "min", 0.25, "b", True),
+        ("rise", "max", 0.2, "a", True), ("single rise", "max", 0.3, "", True),
+        ("run", "min", 0.25, "b", True),
         ("pitch", "max", pytest.approx(math.radians(36)), "c", True),
         ("width", "min", pytest.approx(0.6), "e", True), ("landing length", "min", 1.2, "f", True),
     ]  # fmt: skip
@@ -126,7 +127,8 @@ def test_a_width_is_known_only_with_body_and_clearance(name):
     "change",
     [
         {"max_continuous_rise": 0.3}, {"max_pitch_deg": 2.1, "max_slope_deg": 89.9}, {"body_width": 5.0},
-        {"side_clearance": 0}, {"alignment_time": 0}, {"ascent_risk": 0, "descent_risk": 0}, {"max_slope_deg": 2.1},
+        {"side_clearance": 0}, {"alignment_time": 0}, {"ascent_risk": 0, "descent_risk": 0},
+        {"max_slope_deg": 2.1},
         {"floor_speed": 12}, {"min_run": 1}, {"max_single_rise": None}, {"max_continuous_rise": None},
     ],
 )  # fmt: skip
