@@ -110,7 +110,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--folders", nargs="+", default=FOLDERS, choices=FOLDERS, metavar="FOLDER")
+    parser.add_argument(
+        "--folders", nargs="+", default=FOLDERS, metavar="FOLDER", help="or modules, below src/stairmap"
+    )
     parser.add_argument("--num-mutants", type=int, default=NUM_MUTANTS)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--workers", type=int, default=NUM_WORKERS)
@@ -139,7 +141,8 @@ def find_points(folders: Sequence[str]) -> list[list[Fault]]:
     """Return the faults that can be made at each place of the code, places in order."""
     points: dict[tuple[object, ...], list[Fault]] = defaultdict(list)
     for folder in folders:
-        for path in sorted((ROOT / "src/stairmap" / folder).glob("*.py")):
+        place = ROOT / "src/stairmap" / folder
+        for path in [place] if place.is_file() else sorted(place.glob("*.py")):
             source = path.read_text(encoding="utf-8")
             spans = annotation_spans(source)
             nodes = list(ast_nodes(get_ast(source)))
@@ -192,11 +195,15 @@ def try_mutants(mutants: Sequence[Mutant], *, num_workers: int) -> list[Outcome]
             copies.put(Path(shutil.copytree(ROOT / "src", Path(folder) / str(worker), ignore=ignored)))
         limits = _time_limits({_tests_of(mutant.module)[1:] for mutant in mutants}, Path(folder) / "0")
         futures = [executor.submit(_try_mutant, mutant, copies, limits) for mutant in mutants]
-        for number, future in enumerate(as_completed(futures), start=1):
-            outcome = future.result()
-            outcomes.append(outcome)
-            place = f"{outcome.module}:{outcome.line}"
-            print(f"{number}/{len(mutants)} {outcome.status} {outcome.seconds:.0f} s {place}", flush=True)
+        try:
+            for number, future in enumerate(as_completed(futures), start=1):
+                outcome = future.result()
+                outcomes.append(outcome)
+                place = f"{outcome.module}:{outcome.line}"
+                print(f"{number}/{len(mutants)} {outcome.status} {outcome.seconds:.0f} s {place}", flush=True)
+        finally:
+            # After Ctrl-C those that have not begun are not tried any more.
+            executor.shutdown(cancel_futures=True)
     return sorted(outcomes, key=lambda outcome: (outcome.module, outcome.line))
 
 
@@ -257,9 +264,10 @@ def _make_mutant(fault: Fault) -> Mutant | None:
 
 def _tests_of(module: str) -> tuple[str, ...]:
     """Tests of a module's folder, those of the module itself first: they notice a fault soonest."""
-    _, _, folder, name = module.split("/")
-    own = f"tests/{folder}/test_{name}"
-    return (own if (ROOT / own).exists() else CONVENTIONS, CONVENTIONS, f"tests/{folder}")
+    path = Path("tests") / Path(module).relative_to("src/stairmap")
+    own = path.with_name(f"test_{path.name}")
+    folder = own if own.parent == Path("tests") else own.parent
+    return (str(own) if (ROOT / own).exists() else CONVENTIONS, CONVENTIONS, str(folder))
 
 
 def _time_limits(selections: set[tuple[str, ...]], source: Path) -> dict[tuple[str, ...], float]:
