@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stairmap.navigation.exploration import find_candidates, find_frontiers
-from stairmap.navigation.floors import FloorError, find_floors
+from stairmap.navigation.floors import Floor, FloorError, FloorStack, find_floors
 from stairmap.navigation.footprints import block_stairs, cover_mask, make_keepout_mask, stair_rectangles
 from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner
@@ -316,3 +316,22 @@ def test_candidates_come_cheapest_first():
     costs = [candidate.cost for candidate in find_candidates(planner(2, grids=grids), 1, (2.0, 2.0))]
     assert len(costs) == 2
     assert costs == sorted(costs)
+
+
+def test_stairs_that_cannot_be_used_do_not_hide_those_after_them():
+    """Of four: too steep, between two known floors, ending in an obstacle, good."""
+    flights = [
+        make_flight(base=(2.0, 16.1, 0.0), rise=0.25, num_risers=12), make_flight(base=(2.0, 2.1, -1.7)),
+        make_flight(base=(10.0, 6.1, 0.0)), make_flight(base=(2.0, 10.1, 0.0)),
+    ]  # fmt: skip
+    floors = FloorStack(
+        floors=tuple(Floor(level=level, height=1.7 * level, is_explored=False) for level in (-1, 0, 1)),
+        levels={1: (0, 1), 2: (-1, 0), 3: (0, 1), 4: (0, 1)},
+    )
+    stairways = [make_stairway(flight, stairway_id=number) for number, flight in enumerate(flights, start=1)]
+    cells = np.zeros((100, 100), dtype=np.int8)
+    cells[25:35, 40:60] = 100
+    grids = {-1: empty_grid(), 0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0))}
+    spot = load_robot("spot")
+    candidates = find_candidates(FloorPlanner(grids, make_portals(stairways, floors, spot), spot), 0, (2, 14))
+    assert [candidate.stairway_id for candidate in candidates] == [4]
