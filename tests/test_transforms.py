@@ -164,3 +164,14 @@ def test_nanoseconds_of_todays_clock_are_told_apart() -> None:
     poses = np.array([np.eye(4), transform_from_parts(np.eye(3), [100.0, 0.0, 0.0])])
     pose = interpolate_poses(np.array([start, start + 100]), poses, np.array([start + 1]))[0]
     assert pose[0, 3] == pytest.approx(1.0)
+
+
+def test_tiniest_rotation_vector_turns_in_its_own_sense() -> None:
+    turned = rotation_from_vector([0.0, 0.0, 1e-13]) @ [1.0, 0.0, 0.0]
+    np.testing.assert_allclose(turned, [1.0, 1e-13, 0.0], rtol=1e-6, atol=0)
+
+
+def test_as_many_poses_come_back_as_were_wanted() -> None:
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    wanted = interpolate_poses(np.array([0, 10]), poses, np.array([0, 5, 10]))
+    np.testing.assert_allclose(wanted, np.tile(np.eye(4), (3, 1, 1)))
