@@ -266,3 +266,14 @@ def test_stairs_that_nobody_rests_on_hide_no_floor():
     for order in ((near, far), (far, near)):
         stairways = [make_stairway(flight, stairway_id=index) for index, flight in enumerate(order)]
         assert len(find_floors(stairways, rest_at((0, 0, 2.1)), camera_height=CAMERA_HEIGHT).floors) == 2
+
+
+@pytest.mark.parametrize("x", [-4.0, 12.0])
+def test_a_landing_ends_at_its_flights(x):
+    """Who rests at its height beyond either of them is on a floor."""
+    stairway = make_stairway(
+        make_flight(base=(0.0, 0.0, 0.0), rise=0.24, run=1e-3, num_risers=10),
+        make_flight(base=(8.0, 0.0, 2.4), rise=0.24, run=1e-3, num_risers=10),
+    )
+    stack = find_floors([stairway], rest_at((x, 0.0, 2.4)), camera_height=CAMERA_HEIGHT)
+    assert [round(floor.height, 2) for floor in stack.floors] == [0.0, 2.4, 4.8]

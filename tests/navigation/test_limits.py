@@ -148,3 +148,16 @@ def test_a_check_is_json_with_its_unit(measure, unit):
         "margin": pytest.approx(0.1), "unit": unit, "probability": pytest.approx([norm.cdf(1)] * 2),
         "source": "a law",
     }  # fmt: skip
+
+
+def test_a_bound_that_does_not_bind_keeps_its_lower_probability():
+    loose = Limit(measure="width", sense="max", value=0.60, is_binding=False)
+    check = check_limit(loose, 0.50, 0.05, flight_number=1, is_lower_bound=True)
+    assert check.probability == (0.0, 1.0)
+
+
+def test_a_measure_that_is_not_known_has_nothing_to_spare_and_one_beyond_its_limit_has_less():
+    unknown, beyond = check_of(0.0, 1.0, measured=math.nan), check_of(0.0, 1.0, measured=0.20)
+    assert limiting_check([unknown, beyond], "unknown") is beyond
+    inside = check_of(0.0, 1.0)
+    assert limiting_check([inside, unknown], "unknown") is unknown

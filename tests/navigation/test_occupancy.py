@@ -210,3 +210,10 @@ def test_a_map_that_cannot_be_written_is_told(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write"):
         dump_map(GRID, tmp_path / "file", "floor")
+
+
+def test_the_yaml_file_reads_like_those_of_nav2_s_map_saver(tmp_path):
+    keys = [line.partition(":")[0] for line in dump_map(GRID, tmp_path, "floor").read_text().splitlines()]
+    assert [key for key in keys if not key.startswith("-")] == [
+        "image", "mode", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"
+    ]  # fmt: skip

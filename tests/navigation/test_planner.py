@@ -335,3 +335,14 @@ def test_stairs_that_cannot_be_used_do_not_hide_those_after_them():
     spot = load_robot("spot")
     candidates = find_candidates(FloorPlanner(grids, make_portals(stairways, floors, spot), spot), 0, (2, 14))
     assert [candidate.stairway_id for candidate in candidates] == [4]
+
+
+def test_a_frontier_beside_an_obstacle_ends_where_the_robot_cannot_be():
+    """Spot is 0.6 m wide: the centres of the two nearest cells of 0.2 m beside the obstacle are too near."""
+    cells = unknown_right_half(empty_grid()).cells.copy()
+    cells[40:50, 57:60] = 100
+    grids = {0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0))}
+    found = [
+        item for item in find_candidates(planner(1, grids=grids), 0, (2.1, 9.1)) if item.kind == "frontier"
+    ]
+    assert sorted(item.size for item in found) == pytest.approx([39 * 0.2, 49 * 0.2])
