@@ -8,14 +8,15 @@ PYTHON ?= $(shell for name in python3.13 python3.12 python3.11 python3.10 python
 	$$name -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1 \
 	&& echo $$name && break; done)
 
-.PHONY: help demo test lint docs clean ros-environment
+.PHONY: help demo test mutants lint docs clean ros-environment
 
 help:
-	@echo "make demo   a simulated robot at a known stairway: estimated against true"
-	@echo "make test   all tests"
-	@echo "make lint   ruff, mypy, import-linter"
-	@echo "make docs   docs/configuration.md and the ROS 2 node's parameters from the code"
-	@echo "make clean  remove the virtual environment and caches"
+	@echo "make demo     a simulated robot at a known stairway: estimated against true"
+	@echo "make test     all tests"
+	@echo "make mutants  a sample of faults put into the code: how many of them the tests notice"
+	@echo "make lint     ruff, mypy, import-linter"
+	@echo "make docs     docs/configuration.md and the ROS 2 node's parameters from the code"
+	@echo "make clean    remove the virtual environment and caches"
 
 demo: $(VENV)/.installed-demo
 	$(BIN)/stairmap demo
@@ -26,6 +27,10 @@ test: $(VENV)/.installed-dev ros-environment
 # ROS 2 from wheels for the tests of its node, in .venv-ros; where that cannot be made, they are skipped.
 ros-environment: $(BIN)/python
 	@$(BIN)/python tests/ros/make_environment.py
+
+# MUTANTS="--seed 3 --folders navigation" for another sample, "--write" for BENCHMARKS.md
+mutants: $(VENV)/.installed-dev
+	$(BIN)/python benchmarks/mutants.py $(MUTANTS)
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff format --check .

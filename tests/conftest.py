@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import Phase, settings
 
 from command_line import stairmap
 from small_recordings import write_recording
 from stairmap.evaluation.data_folder import DATA_FOLDER
+
+# benchmarks/mutants.py: the same examples each time, and a fault that was noticed need not be made smaller.
+settings.register_profile("mutants", derandomize=True, database=None, phases=[Phase.explicit, Phase.generate])
 
 
 @pytest.fixture(scope="session")

@@ -168,3 +168,12 @@ def test_weight_counts_as_so_many_equal_values(pairs: list[tuple[float, int]]) -
 def test_weighted_median_needs_some_weight() -> None:
     with pytest.raises(ValueError, match="positive weight"):
         weighted_median(np.array([1.0, 2.0]), np.zeros(2))
+
+
+def test_three_points_are_enough_for_a_plane_with_outliers_or_without() -> None:
+    points = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
+    fitted = fit_plane_ransac(points, tolerance=0.01, seed=1)
+    assert fitted is not None
+    np.testing.assert_allclose(fitted[0], [0.0, 0.0, 1.0, -1.0], atol=1e-12)
+    assert fitted[1].all()
+    assert fit_plane_ransac(points[:2], tolerance=0.01, seed=1) is None

@@ -278,3 +278,15 @@ def test_surface_of_a_stairway_joins_flights_and_landings_without_mixing_their_v
 def test_arrays_of_a_flight_cannot_be_written_to() -> None:
     with pytest.raises(ValueError, match="read-only"):
         make_flight().base[0] = 3.0
+
+
+def test_surface_of_a_landing_is_its_rectangle_turned_to_its_heading_and_faces_up() -> None:
+    landing = Landing(center=[1.0, 2.0, 1.1], size=(2.0, 1.0), heading=np.radians(30))
+    vertices, triangles = make_stairway(make_flight(), landings=(landing,)).surface()
+    corners = vertices[-4:] - landing.center
+    forward, left = np.array([np.sqrt(3) / 2, 0.5, 0.0]), np.array([-0.5, np.sqrt(3) / 2, 0.0])
+    np.testing.assert_allclose(corners @ forward, [-1.0, 1.0, 1.0, -1.0], atol=1e-12)
+    np.testing.assert_allclose(corners @ left, [-0.5, -0.5, 0.5, 0.5], atol=1e-12)
+    first, second, third = vertices[triangles[-2:]].swapaxes(0, 1)
+    normals = np.cross(second - first, third - first) / 2
+    np.testing.assert_allclose(normals, [[0.0, 0.0, 1.0]] * 2, atol=1e-12)

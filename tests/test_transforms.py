@@ -211,3 +211,14 @@ def test_a_pose_is_checked_up_to_its_limits() -> None:
     sheared[0, 1] = 1.1e-3
     with pytest.raises(TrajectoryError, match="not perpendicular"):
         check_pose(sheared)
+
+
+def test_tiniest_rotation_vector_turns_in_its_own_sense() -> None:
+    turned = rotation_from_vector([0.0, 0.0, 1e-13]) @ [1.0, 0.0, 0.0]
+    np.testing.assert_allclose(turned, [1.0, 1e-13, 0.0], rtol=1e-6, atol=0)
+
+
+def test_as_many_poses_come_back_as_were_wanted() -> None:
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    wanted = interpolate_poses(np.array([0, 10]), poses, np.array([0, 5, 10]))
+    np.testing.assert_allclose(wanted, np.tile(np.eye(4), (3, 1, 1)))

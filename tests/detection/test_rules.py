@@ -126,8 +126,18 @@ def test_boards_that_let_one_look_through_where_treads_should_be_are_rejected() 
     assert 0 < rejection.limit < rejection.measured <= 1
 
 
-@pytest.mark.xfail(reason="what is seen through the stairs at the floor's level or below is not counted")
-@pytest.mark.parametrize("height", [0.9, 1.2])
+@pytest.mark.parametrize(
+    "height",
+    [
+        pytest.param(
+            0.9,
+            marks=pytest.mark.xfail(
+                reason="what is seen through the stairs at the floor's level or below is not counted"
+            ),
+        ),
+        1.2,
+    ],
+)
 def test_thin_boards_without_treads_are_rejected_from_any_height(height: float) -> None:
     pose = pose_towards((0.6, 0.0, 0.5), distance=1.6, height=height)
     assert not detect(upright_boards(0.01), room(), pose=pose)

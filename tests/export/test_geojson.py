@@ -92,3 +92,63 @@ def test_flights_are_read_back_where_they_are():
 def test_an_impossible_anchor_is_refused(latitude, longitude):
     with pytest.raises(ConfigError, match="an anchor needs a latitude"):
         EarthAnchor(latitude=latitude, longitude=longitude)
+
+
+def east_north(anchor, degrees):
+    """Return metres to the east and north of an anchor, through earth-centred coordinates."""
+    longitude, latitude = math.radians(anchor.longitude), math.radians(anchor.latitude)
+    offset = earth_centred(degrees) - earth_centred([anchor.longitude, anchor.latitude])
+    east = np.array([-math.sin(longitude), math.cos(longitude), 0.0])
+    up = np.array(
+        [
+            math.cos(latitude) * math.cos(longitude),
+            math.cos(latitude) * math.sin(longitude),
+            math.sin(latitude),
+        ]
+    )
+    return np.array([east @ offset, np.cross(up, east) @ offset])
+
+
+@pytest.mark.parametrize("latitude", [-60.0, 0.0, 48.2])
+@pytest.mark.parametrize("bearing", [0.0, 30.0, 90.0, 200.0])
+def test_a_bearing_turns_the_map_clockwise_from_north(latitude, bearing):
+    """To a centimetre in 200 m: x points along the bearing, y to its left."""
+    anchor = EarthAnchor(latitude=latitude, longitude=11.5, bearing=bearing)
+    ahead, left = anchor.degrees_from_map([[200.0, 0.0], [0.0, 200.0]])
+    sine, cosine = math.sin(math.radians(bearing)), math.cos(math.radians(bearing))
+    assert east_north(anchor, ahead) == pytest.approx([200 * sine, 200 * cosine], abs=0.01)
+    assert east_north(anchor, left) == pytest.approx([-200 * cosine, 200 * sine], abs=0.01)
+
+
+def test_without_a_bearing_x_points_to_the_east():
+    assert ANCHOR.bearing == 90.0
+
+
+@pytest.mark.parametrize(
+    ("latitude", "longitude", "bearing", "is_taken"),
+    [
+        (89, 180, 0, True), (-89, -180, 720, True), (89.1, 0, 0, False), (-89.1, 0, 0, False),
+        (0, 180.1, 0, False),
+        (0, -180.1, 0, False), (0, 0, float("inf"), False), (0, float("nan"), 0, False),
+    ],
+)  # fmt: skip
+def test_an_anchor_is_on_the_earth_but_not_at_its_poles(latitude, longitude, bearing, is_taken):
+    if is_taken:
+        assert EarthAnchor(latitude=latitude, longitude=longitude, bearing=bearing).latitude == latitude
+    else:
+        with pytest.raises(ConfigError, match="an anchor needs"):
+            EarthAnchor(latitude=latitude, longitude=longitude, bearing=bearing)
+
+
+def test_a_way_begins_at_the_first_riser_and_ends_at_the_last_nosing_to_a_tenth_of_a_millimetre():
+    half_turn = make_half_turn()
+    ways = [np.array(feature["geometry"]["coordinates"]) for feature in features_of(half_turn)]
+    ends = [(0, 0), (8 * 0.28, 0), (8 * 0.28, 1.3), (0, 1.3), (8 * 0.28, 0), (8 * 0.28, 1.3)]
+    assert ANCHOR.map_from_degrees(np.concatenate(ways)[:, :2]) == pytest.approx(np.array(ends), abs=2e-4)
+    heights = np.concatenate(ways)[:, 2]
+    assert heights == pytest.approx([0, 1.53, 1.53, 3.06, 1.53, 1.53], abs=1e-4)
+
+
+def test_heights_are_told_to_a_tenth_of_a_millimetre():
+    (feature,) = features_of(make_stairway(make_flight(base=(0, 0, 0.12345678))))
+    assert feature["geometry"]["coordinates"][0][2] == 0.1235

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import pytest
 
 from stairmap.export.history import HISTORY_FILE, history_values, load_history
@@ -45,3 +48,22 @@ def test_line_that_stairmap_did_not_write_is_named(run, line):
     path.write_text(path.read_text() + line + "\n")
     with pytest.raises(ResultsError, match=r"history\.jsonl, line 3"):
         list(load_history(run))
+
+
+def test_each_stairway_of_a_moment_is_kept_and_its_steps_are_left_out(stairway):
+    values = history_values(7, [stairway, stairway])
+    assert values["stamp_ns"] == 7
+    assert len(values["stairways"]) == 2
+    assert stairway.flights[0].steps
+    assert [flight["steps"] for item in values["stairways"] for flight in item["flights"]] == [[]] * 4
+
+
+def test_a_number_that_was_not_known_is_nan_again(tmp_path, stairway):
+    unknown = replace(stairway.flights[0], std=replace(stairway.flights[0].std, rise=float("nan")))
+    with create_run_folder(tmp_path / "run", "hall") as folder:
+        folder.append_json(
+            HISTORY_FILE, history_values(1, [replace(stairway, flights=(unknown,), landings=())])
+        )
+    (moment,) = load_history(tmp_path / "run")
+    assert math.isnan(moment.stairways[0].flights[0].std.rise)
+    assert moment.stairways[0].flights[0].std.run == pytest.approx(0.003)

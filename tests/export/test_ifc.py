@@ -9,7 +9,7 @@ import pytest
 
 from stairmap.errors import MissingPackageError, OutputError
 from stairmap.export.ifc import dump_ifc
-from stairmap.navigation.floors import find_floors
+from stairmap.navigation.floors import FloorStack, find_floors
 from walkable_stairways import make_flight, make_half_turn, make_stairway, make_std
 
 ifcopenshell = pytest.importorskip("ifcopenshell", reason="needs the extra ifc")
@@ -111,3 +111,101 @@ def test_without_ifcopenshell_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(builtins, "__import__", refuse)
     with pytest.raises(MissingPackageError, match=r"stairmap\[ifc\]"):
         dump_ifc(STAIRWAYS, find_floors(STAIRWAYS), tmp_path / "a.ifc")
+
+
+def world_mesh(product):
+    """Return vertices (N, 3) and triangles (M, 3) of a product in the world."""
+    import ifcopenshell.geom  # noqa: PLC0415
+
+    settings = ifcopenshell.geom.settings()
+    settings.set("use-world-coords", True)
+    geometry = ifcopenshell.geom.create_shape(settings, product).geometry
+    return np.array(geometry.verts).reshape(-1, 3), np.array(geometry.faces).reshape(-1, 3)
+
+
+def test_a_landing_is_its_whole_rectangle_facing_up(model):
+    (slab,) = model.by_type("IfcSlab")
+    vertices, triangles = world_mesh(slab)
+    landing = STAIRWAYS[0].landings[0]
+    half = np.array([0.6, 1.25, 0.0])
+    assert vertices.min(axis=0) == pytest.approx(landing.center - half, abs=1e-5)
+    assert vertices.max(axis=0) == pytest.approx(landing.center + half, abs=1e-5)
+    first, second, third = vertices[triangles].swapaxes(0, 1)
+    normals = np.cross(second - first, third - first) / 2
+    assert normals.sum(axis=0) == pytest.approx([0.0, 0.0, 1.2 * 2.5], abs=1e-4)
+    assert (normals[:, 2] > 0).all()
+    assert slab.PredefinedType == "LANDING"
+
+
+def test_a_flight_lies_as_its_surface_riser_by_riser(model):
+    """Its faces cover as much ground and height as treads and risers do, and face up and down the stairs."""
+    (flight,) = [item for item in model.by_type("IfcStairFlight") if item.Name.startswith("stairway 2")]
+    vertices, triangles = world_mesh(flight)
+    first, second, third = vertices[triangles].swapaxes(0, 1)
+    total = (np.cross(second - first, third - first) / 2).sum(axis=0)
+    risers, treads = 18 * 0.17 * 1.2, 17 * 0.28 * 1.2
+    expected = [-risers * np.cos(0.7), -risers * np.sin(0.7), treads]
+    assert total == pytest.approx(expected, abs=1e-3)
+
+
+def test_a_flight_is_drawn_in_its_own_frame_at_its_base_and_heading(model):
+    (flight,) = [item for item in model.by_type("IfcStairFlight") if item.Name.startswith("stairway 2")]
+    placement = flight.ObjectPlacement.RelativePlacement
+    assert placement.Location.Coordinates == pytest.approx((2.0, 6.0, 3.06))
+    assert placement.Axis.DirectionRatios == (0.0, 0.0, 1.0)
+    assert placement.RefDirection.DirectionRatios == pytest.approx((np.cos(0.7), np.sin(0.7), 0.0))
+    points = np.array(flight.Representation.Representations[0].Items[0].Coordinates.CoordList)
+    assert points.min(axis=0) == pytest.approx([0.0, -0.6, 0.0], abs=1e-5)
+    assert points.max(axis=0) == pytest.approx([17 * 0.28, 0.6, 18 * 0.17], abs=1e-5)
+    assert not flight.Representation.Representations[0].Items[0].Closed
+
+
+def test_everything_else_stands_at_the_origin_unturned(model):
+    for kind in ("IfcSite", "IfcBuilding", "IfcBuildingStorey", "IfcStair", "IfcSlab"):
+        for product in model.by_type(kind):
+            placement = product.ObjectPlacement.RelativePlacement
+            assert placement.Location.Coordinates == (0.0, 0.0, 0.0)
+            assert placement.RefDirection.DirectionRatios == (1.0, 0.0, 0.0)
+    (context,) = model.by_type("IfcGeometricRepresentationContext")
+    assert context.CoordinateSpaceDimension == 3
+    assert context.Precision == 1e-5
+    assert context.WorldCoordinateSystem.Location.Coordinates == (0.0, 0.0, 0.0)
+
+
+def test_units_are_metres_and_radians(model):
+    assert {unit.UnitType: (unit.Prefix, unit.Name) for unit in model.by_type("IfcSIUnit")} == {
+        "LENGTHUNIT": (None, "METRE"), "PLANEANGLEUNIT": (None, "RADIAN")
+    }  # fmt: skip
+
+
+def test_parts_are_named_by_their_numbers_from_one(model):
+    names = {item.Name for kind in ("IfcStairFlight", "IfcSlab") for item in model.by_type(kind)}
+    assert names == {
+        "stairway 1, flight 1", "stairway 1, flight 2", "stairway 1, landing 1", "stairway 2, flight 1"
+    }  # fmt: skip
+    assert len({item.GlobalId for item in model.by_type("IfcRoot")}) == len(model.by_type("IfcRoot"))
+
+
+def test_all_that_was_measured_of_a_flight_stands_there(model):
+    from ifcopenshell.util import element  # noqa: PLC0415
+
+    (flight,) = [item for item in model.by_type("IfcStairFlight") if item.Name.startswith("stairway 2")]
+    values = element.get_psets(flight)["Stairmap_Measured"]
+    assert values["TreadLengthStd"] == pytest.approx(0.003)
+    assert values["WidthStd"] == pytest.approx(0.02)
+    assert values["RightEndSeen"] is True
+    assert flight.PredefinedType == "STRAIGHT"
+
+
+def test_a_flight_of_one_riser_has_no_tread(tmp_path):
+    stairway = make_stairway(make_flight(num_risers=1, rise=0.4))
+    dump_ifc([stairway], find_floors([stairway]), tmp_path / "a.ifc")
+    (flight,) = ifcopenshell.open(str(tmp_path / "a.ifc")).by_type("IfcStairFlight")
+    assert (flight.NumberOfRisers, flight.NumberOfTreads) == (1, 0)
+
+
+def test_without_a_floor_there_is_a_building_without_storeys(tmp_path):
+    dump_ifc([], FloorStack(floors=(), levels={}), tmp_path / "a.ifc")
+    model = ifcopenshell.open(str(tmp_path / "a.ifc"))
+    assert len(model.by_type("IfcBuilding")) == 1
+    assert not model.by_type("IfcBuildingStorey")

@@ -56,6 +56,7 @@ def test_ply_holds_the_surface_and_orange_nosings(stairway: Stairway) -> None:
     np.testing.assert_array_equal(faces[: len(triangles)], triangles)
     np.testing.assert_array_equal(positions[faces[len(triangles) :]], vertices[triangles])
     ends = np.array([row[:3] for row in ply["vertex"] if row[3:] == (213, 94, 0)], dtype=float)
+    assert {row[3:] for row in ply["vertex"]} == {(213, 94, 0), (160, 174, 186)}
     nosings = stairway.edges()
     np.testing.assert_allclose(ends.reshape(-1, 2, 3), np.concatenate([nosings, nosings]), atol=1e-9)
 

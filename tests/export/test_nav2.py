@@ -12,8 +12,9 @@ import pytest
 import yaml
 
 from stairmap.errors import OutputError
-from stairmap.export.nav2 import dump_keepout_masks, dump_route_graph, route_graph_from_portals
+from stairmap.export.nav2 import dump_json, dump_keepout_masks, dump_route_graph, route_graph_from_portals
 from stairmap.navigation.floors import find_floors
+from stairmap.navigation.occupancy import OccupancyGrid, load_map
 from stairmap.navigation.portals import make_portals
 from stairmap.navigation.robot_profile import load_robot
 from walkable_stairways import make_flight, make_half_turn, make_stairway
@@ -205,3 +206,105 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write"):
         dump_keepout_masks([SECOND], find_floors([SECOND]), tmp_path / "file")
+
+
+def test_nodes_come_first_and_every_id_counts_on_from_them(tmp_path):
+    _, graph, _ = write_graph(tmp_path)
+    features = graph["features"]
+    assert [feature["properties"]["id"] for feature in features] == list(range(len(features)))
+    assert [feature["geometry"]["type"] for feature in features[:4]] == ["Point"] * 4
+
+
+def test_a_node_tells_its_stairway_end_floor_height_and_frame(tmp_path):
+    (first, second), graph, _ = write_graph(tmp_path, frame_id="odom")
+    nodes = [feature["properties"] for feature in graph["features"][:4]]
+    assert {node["frame"] for node in nodes} == {"odom"}
+    metadata = [node["metadata"] for node in nodes]
+    assert [(item["stairway"], item["end"], item["floor"]) for item in metadata] == [
+        (1, "lower", 0), (1, "upper", 1), (2, "lower", 1), (2, "upper", 2)
+    ]  # fmt: skip
+    assert {item["class"] for item in metadata} == {"stair_staging"}
+    poses = [first.lower, first.upper, second.lower, second.upper]
+    assert [item["z"] for item in metadata] == pytest.approx([pose.position[2] for pose in poses], abs=1e-6)
+
+
+def stairs_edges(graph, stairway):
+    return [
+        feature
+        for feature in graph["features"]
+        if feature["properties"]["metadata"].get("stairway") == stairway
+        and feature["geometry"]["type"] == "MultiLineString"
+    ]
+
+
+def test_an_edge_over_stairs_leads_from_end_to_end_along_the_portals_way(tmp_path):
+    (_, portal), graph, _ = write_graph(tmp_path)
+    up, down = stairs_edges(graph, 2)
+    ends = [(edge["properties"]["startid"], edge["properties"]["endid"]) for edge in (up, down)]
+    assert ends == [(2, 3), (3, 2)]
+    for edge, sign in ((up, 1), (down, -1)):
+        way = portal.way[::sign]
+        assert edge["geometry"]["coordinates"] == [pytest.approx(way[:, :2], abs=1e-6)]
+        metadata = edge["properties"]["metadata"]
+        assert metadata["way_z"] == pytest.approx(way[:, 2], abs=1e-6)
+        assert (metadata["floor_start"], metadata["floor_end"]) == (1, 2)[::sign]
+        assert metadata["height"] == pytest.approx(sign * 3.0)
+        assert metadata["length"] == pytest.approx(portal.length, abs=1e-6)
+        assert metadata["verdict"] == "passable"
+        assert metadata["probability"] == pytest.approx(portal.assessment.probability[0], abs=1e-6)
+        assert metadata["leads_to_unexplored"] is True
+
+
+def test_staging_poses_of_one_floor_are_joined_straight_both_ways_at_the_robots_speed(tmp_path):
+    (first, second), graph, _ = write_graph(tmp_path)
+    floors = [
+        feature for feature in graph["features"] if feature["properties"]["metadata"]["class"] == "floor"
+    ]
+    ends = [(edge["properties"]["startid"], edge["properties"]["endid"]) for edge in floors]
+    assert ends == [(1, 2), (2, 1)]
+    length = float(np.linalg.norm(first.upper.position[:2] - second.lower.position[:2]))
+    points = [first.upper.position[:2], second.lower.position[:2]]
+    for edge, sign in zip(floors, (1, -1), strict=True):
+        properties = edge["properties"]
+        assert properties["cost"] == pytest.approx(length / 0.5, abs=1e-5)
+        assert properties["overridable"] is True
+        assert properties["metadata"]["length"] == pytest.approx(length, abs=1e-5)
+        assert properties["metadata"]["abs_speed_limit"] == 0.5
+        assert (properties["metadata"]["floor_start"], properties["metadata"]["floor_end"]) == (1, 1)
+        assert edge["geometry"]["coordinates"] == [pytest.approx(np.array(points[::sign]), abs=1e-5)]
+
+
+def test_unknown_stairs_get_edges_unless_they_are_left_out(tmp_path):
+    """An impassable stairway never does, whatever is allowed."""
+    unknown = make_stairway(make_flight(base=(0, 6, 3.0), rise=0.178, num_risers=17), stairway_id=2)
+    for allow_unknown, stairways in ((True, {1, 2}), (False, {1})):
+        _, graph, _ = write_graph(tmp_path, stairways=(FIRST, unknown), allow_unknown=allow_unknown)
+        found = {feature["properties"]["metadata"].get("stairway") for feature in graph["features"]}
+        assert found - {None} == stairways
+
+
+def test_three_stairs_on_a_floor_are_joined_in_every_pair(tmp_path):
+    stairways = [
+        make_stairway(make_flight(base=(0, 6.0 * number, 0)), stairway_id=number) for number in (1, 2, 3)
+    ]
+    _, graph, _ = write_graph(tmp_path, stairways=stairways)
+    pairs = [
+        (edge["properties"]["startid"], edge["properties"]["endid"])
+        for edge in graph["features"]
+        if edge["properties"]["metadata"]["class"] == "floor"
+        and edge["properties"]["metadata"]["floor_start"] == 0
+    ]
+    assert sorted(pairs) == [(0, 2), (0, 4), (2, 0), (2, 4), (4, 0), (4, 2)]
+
+
+def test_masks_take_the_extent_of_the_maps_that_are_given(tmp_path):
+    grid = OccupancyGrid(cells=np.zeros((90, 80), dtype=np.int8), resolution=0.1, origin=(-1.0, 4.0))
+    lower, upper = dump_keepout_masks([SECOND], find_floors([SECOND]), tmp_path, grids={0: grid})
+    assert load_map(lower).cells.shape == (90, 80)
+    assert load_map(lower).origin == (-1.0, 4.0)
+    assert load_map(upper).resolution == 0.05
+
+
+def test_a_number_that_is_not_known_is_null_in_a_file(tmp_path):
+    dump_json({"a": float("nan"), "b": [1.5, float("inf")]}, tmp_path / "a.json")
+    assert json.loads((tmp_path / "a.json").read_text()) == {"a": None, "b": [1.5, None]}

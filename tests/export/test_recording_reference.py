@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -13,6 +16,7 @@ from stairmap.export.recording_reference import (
     RecordingReference,
     load_recording_reference,
 )
+from stairmap.recordings.bag_options import BagOptions
 
 
 @pytest.fixture(scope="module")
@@ -55,3 +59,32 @@ def test_reference_that_stairmap_did_not_write_is_refused(tmp_path, text):
     (tmp_path / RECORDING_FILE).write_text(text)
     with pytest.raises(ResultsError, match=r"recording\.json"):
         load_recording_reference(tmp_path)
+
+
+def test_options_of_a_bag_come_back_as_they_were_given(recording, tmp_path, monkeypatch):
+    """Those that were not given are left out; a path is absolute and a path again."""
+    monkeypatch.chdir(tmp_path)
+    bag = BagOptions(depth_topic="/depth", camera_file=Path("camera.json"), map_frame="odom")
+    reference = RecordingReference.from_arguments(recording, bag=bag)
+    assert reference.options == {
+        "depth_topic": "/depth", "camera_file": str(tmp_path.resolve() / "camera.json"), "map_frame": "odom"
+    }  # fmt: skip
+    dump(reference, tmp_path)
+    loaded = load_recording_reference(tmp_path)
+    assert loaded == reference
+    asked = {}
+    monkeypatch.setattr(
+        "stairmap.export.recording_reference.open_recording",
+        lambda path, **options: asked.update(path=path, **options),
+    )
+    loaded.open()
+    given = replace(bag, camera_file=tmp_path.resolve() / "camera.json")
+    assert asked == {"path": recording.resolve(), "trajectory": None, "up": None, "bag": given}
+
+
+def test_a_trajectory_that_is_not_there_any_more_is_left_out(recording, tmp_path):
+    poses = tmp_path / "slam.tum"
+    poses.write_bytes((recording / "groundtruth.txt").read_bytes())
+    reference = RecordingReference.from_arguments(recording, trajectory=poses)
+    poses.unlink()
+    assert reference.open().num_frames == 2

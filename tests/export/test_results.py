@@ -208,3 +208,97 @@ def test_config_trajectory_log_and_overlays_are_written(tmp_path: Path) -> None:
         assert folder.write_overlay(12, b"png").name == "000012.png"
     assert (folder.path / "log.txt").read_text() == "one\ntwo\n"
     assert not [path for path in folder.path.rglob("*") if path.name.endswith(".partial")]
+
+
+def test_the_number_after_the_highest_is_taken_and_other_recordings_do_not_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("hall_2", "hall_10", "hall_x", "hall_99_1", "big_hall_40", "ha.l_50"):
+        (tmp_path / "results" / name).mkdir(parents=True)
+    assert create_run_folder(None, "hall").path.name == "hall_11"
+    assert create_run_folder(None, "ha.l").path.name == "ha.l_51"
+
+
+def test_a_number_that_another_run_takes_in_the_meantime_is_passed_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for number in (1, 2):
+        (tmp_path / "results" / f"hall_{number}").mkdir(parents=True)
+    monkeypatch.setattr(Path, "iterdir", lambda folder: iter(()))
+    assert create_run_folder(None, "hall").path.name == "hall_3"
+
+
+@pytest.mark.parametrize(
+    ("name", "folder"),
+    [("a b/c", "a_b_c_1"), ("..x..", "x_1"), ("__y", "y_1"), ("ok-1.2", "ok-1.2_1"), ("", "recording_1")],
+)
+def test_what_a_folders_name_cannot_hold_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, folder: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert create_run_folder(None, name).path.name == folder
+
+
+def test_an_output_folder_below_others_that_do_not_exist_is_made(tmp_path: Path) -> None:
+    assert create_run_folder(tmp_path / "a" / "b", "x").path.is_dir()
+
+
+def test_a_run_that_saw_nothing_still_leaves_its_file_of_detections(tmp_path: Path) -> None:
+    folder = create_run_folder(tmp_path / "run", "x")
+    assert list(load_detections(folder.path)) == []
+
+
+def test_null_stands_for_whatever_is_not_finite_at_any_depth() -> None:
+    values = {"a": [1.5, float("nan"), (float("inf"), "text")], "b": {"c": -float("inf"), "d": 0, "e": True}}
+    assert null_for_nan(values) == {"a": [1.5, None, [None, "text"]], "b": {"c": None, "d": 0, "e": True}}
+
+
+def test_a_file_that_cannot_be_put_in_place_leaves_no_partial_one(tmp_path: Path) -> None:
+    folder = create_run_folder(tmp_path / "run", "x")
+    (folder.path / "summary.txt").mkdir()
+    with pytest.raises(OutputError, match=r"cannot write .*summary.txt"):
+        folder.write_summary("text")
+    assert not [path for path in folder.path.iterdir() if path.name.endswith(".partial")]
+
+
+def test_the_other_files_of_a_run_have_their_names(tmp_path: Path, stairway: Stairway) -> None:
+    folder = create_run_folder(tmp_path / "run", "x")
+    paths = [folder.write_summary("a"), folder.write_report("b"), folder.write_mesh([stairway])]
+    assert [path.name for path in paths] == ["summary.txt", "report.html", "stairways.ply"]
+    assert (paths[0].read_text(), paths[1].read_text()) == ("a", "b")
+    assert paths[2].read_bytes().startswith(b"ply\n")
+
+
+def test_each_number_of_an_observation_comes_back(tmp_path: Path, detection: Detection) -> None:
+    with create_run_folder(tmp_path / "run", "x") as folder:
+        folder.append_detection(detection)
+    (found,) = load_detections(folder.path)
+    (observation,) = found.observations
+    assert (observation.view, observation.rise, observation.run, observation.width) == (
+        "ascending",
+        0.1,
+        0.3,
+        1.0,
+    )
+    assert observation.edges[2, 1] == pytest.approx([0.5, 0.1, 2.6])
+    (rejection,) = found.rejections
+    assert (rejection.rule, rejection.unit) == ("up", "deg")
+
+
+def test_a_line_in_the_middle_that_stairmap_did_not_write_is_named(
+    tmp_path: Path, detection: Detection
+) -> None:
+    with create_run_folder(tmp_path / "run", "x") as folder:
+        folder.append_detection(detection)
+    path = folder.path / "detections.jsonl"
+    path.write_text(path.read_text() + "no json\n" + path.read_text())
+    with pytest.raises(ResultsError, match=r"detections.jsonl, line 2 cannot be read"):
+        list(load_detections(path))
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "stairways.json").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ResultsError, match="is not a text file in UTF-8"):
+        load_stairways(tmp_path)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from stairmap.errors import ConfigError
@@ -81,3 +83,46 @@ def test_twice_the_rise_plus_the_going_is_checked_in_the_united_kingdom():
 def test_an_unknown_code_is_told_the_known_ones():
     with pytest.raises(ConfigError, match="choose one of ada, ibc"):
         load_code("din")
+
+
+def test_a_code_holds_the_values_of_its_clauses_in_metres_and_radians():
+    rules = {(rule.measure, rule.sense): rule for rule in load_code("ibc").rules}
+    assert rules["rise", "min"].value == 0.102
+    assert rules["rise", "max"].value == 0.178
+    assert rules["run", "min"].value == 0.279
+    assert all(rule.is_binding for rule in rules.values())
+    (steepest,) = [rule for rule in load_code("osha").rules if (rule.measure, rule.sense) == ("pitch", "max")]
+    assert steepest.value == pytest.approx(math.radians(50))
+
+
+def test_every_flight_is_held_against_every_rule():
+    code = load_code("ibc")
+    stairway = make_stairway(
+        make_flight(rise=0.16, run=0.29), make_flight(rise=0.19, run=0.29), stairway_id=7
+    )
+    result = check_code(stairway, code)
+    assert [check.flight_number for check in result.checks] == [1] * len(code.rules) + [2] * len(code.rules)
+    assert [check.limit for check in result.checks] == [*code.rules, *code.rules]
+    assert [(check.flight_number, check.limit.measure) for check in result.broken] == [(2, "rise")]
+    assert (result.stairway_id, result.code_id) == (7, "ibc")
+    assert result.probability[1] == min(check.probability[1] for check in result.checks)
+
+
+def test_a_width_with_an_unseen_end_breaks_no_rule_of_a_least_width():
+    narrow = {"rise": 0.16, "run": 0.29, "width": 0.7}
+    assert check("ibc", **narrow).word == "breaks"
+    assert check("ibc", **narrow, left_bounded=False).word == "unknown"
+    assert check("ibc", rise=0.16, run=0.29, width=1.2, left_bounded=False).word == "keeps"
+
+
+def test_a_check_of_a_code_is_json():
+    result = check("ibc", rise=0.19, run=0.29)
+    values = result.to_dict()
+    assert (values["stairway"], values["code"], values["verdict"]) == (1, "ibc", "breaks")
+    assert values["probability"] == list(result.probability)
+    assert values["checks"] == [item.to_dict() for item in result.checks]
+
+
+def test_a_code_has_a_title_and_its_ids_are_sorted():
+    assert load_code("ibc").title == "International Building Code 2021, section 1011"
+    assert list(code_ids()) == sorted(code_ids())

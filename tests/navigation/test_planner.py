@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from stairmap.navigation.exploration import find_candidates
-from stairmap.navigation.floors import FloorError, find_floors
+from stairmap.navigation.exploration import find_candidates, find_frontiers
+from stairmap.navigation.floors import Floor, FloorError, FloorStack, find_floors
 from stairmap.navigation.footprints import block_stairs, cover_mask, make_keepout_mask, stair_rectangles
 from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner
@@ -179,3 +179,170 @@ def test_the_only_way_over_stairs_is_their_portal():
     grids = {level: block_stairs(empty_grid(), stairways, floors, level) for level in (0, 1)}
     assert grids[0].value_at((5.0, 2.0)) == 100
     assert FloorPlanner(grids, portals, load_robot("spot")).find_route(0, (1, 1), 1, (18, 18))
+
+
+def test_each_leg_tells_where_it_begins_what_it_costs_and_its_way():
+    _, _, portals = building(2)
+    (portal,) = portals
+    tower = planner(2)
+    first, up, last = tower.find_route(0, (2.1, 2.1), 1, (12.1, 2.1)).legs
+    assert (first.kind, first.level, up.kind, up.level, last.level) == ("floor", 0, "up", 0, 1)
+    assert first.points[0] == pytest.approx([2.1, 2.1])
+    assert first.points[-1] == pytest.approx(portal.lower.position[:2], abs=0.11)
+    assert first.cost == pytest.approx(np.linalg.norm(np.diff(first.points, axis=0), axis=1).sum() / 0.5)
+    assert np.array_equal(up.points, portal.way)
+    assert up.cost == portal.cost_up
+    assert last.points[0] == pytest.approx(portal.upper.position[:2], abs=0.11)
+    assert last.points[-1] == pytest.approx([12.1, 2.1])
+    back, down, _ = tower.find_route(1, (12.1, 2.1), 0, (2.1, 2.1)).legs
+    assert (back.level, down.kind, down.level, down.stairway_id) == (1, "down", 1, 1)
+    assert np.array_equal(down.points, portal.way[::-1])
+    assert down.cost == portal.cost_down
+
+
+def test_stairs_whose_ends_meet_are_taken_one_after_the_other_with_a_stop_on_the_floor_between():
+    """The second begins where the first arrives, within a cell."""
+    flights = [make_flight(base=(2.0, 5.1, 0.0), rise=1.7 / 10)]
+    top = 2.0 + 9 * 0.28
+    flights.append(make_flight(base=(top + 1.2, 5.1, 1.7)))
+    stairways = [make_stairway(flight, stairway_id=number) for number, flight in enumerate(flights, start=1)]
+    portals = make_portals(stairways, find_floors(stairways), load_robot("spot"))
+    legs = (
+        FloorPlanner({level: empty_grid() for level in range(3)}, portals, load_robot("spot"))
+        .find_route(0, (1.3, 5.1), 2, (9.5, 5.1))
+        .legs
+    )
+    assert [(leg.kind, leg.level) for leg in legs] == [
+        ("floor", 0), ("up", 0), ("floor", 1), ("up", 1), ("floor", 2)
+    ]  # fmt: skip
+    assert len(legs[2].points) == 1
+    assert legs[2].cost == 0
+
+
+def test_a_route_of_no_way_at_all_is_one_leg():
+    route = planner(1, grids={0: empty_grid()}).find_route(0, (1.1, 1.1), 0, (1.1, 1.1))
+    assert route
+    assert route.cost == 0
+    assert [len(leg.points) for leg in route.legs] == [1]
+
+
+def test_without_stairs_that_could_be_blamed_the_way_is_said_to_be_unseen():
+    cells = np.zeros((100, 100), dtype=np.int8)
+    cells[:, 50] = -1
+    grids = {0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0))}
+    route = planner(1, grids=grids).find_route(0, (5, 5), 0, (15, 5))
+    assert route.reason == "there is no way to floor 0: no free way was seen"
+    assert route.cost == math.inf
+
+
+@pytest.mark.parametrize(("num_cells", "is_worth_it"), [(1, False), (2, True)])
+def test_a_frontier_is_worth_a_visit_from_0_4_m(num_cells, is_worth_it):
+    cells = np.full((9, 9), -1, dtype=np.int8)
+    cells[4, 4 : 4 + num_cells] = 0
+    grid = OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0))
+    assert len(find_frontiers(grid, cells == 0)) == int(is_worth_it)
+
+
+def test_a_frontier_is_the_free_and_open_cells_beside_unknown_ones_also_diagonally():
+    cells = np.zeros((9, 9), dtype=np.int8)
+    cells[0, :5], cells[8, 8] = -1, -1
+    cells[1, 1] = 100
+    is_open = cells == 0
+    is_open[1, 0] = False
+    grid = OccupancyGrid(cells=cells, resolution=0.5, origin=(0, 0))
+    first, second = find_frontiers(grid, is_open)
+    assert first.tolist() == [[0, 5], [1, 2], [1, 3], [1, 4], [1, 5]]
+    assert second.tolist() == [[7, 7], [7, 8], [8, 7]]
+
+
+def test_a_frontier_is_gone_to_where_it_is_nearest_and_told_with_its_length():
+    (frontier,) = [
+        candidate
+        for candidate in find_candidates(
+            planner(1, grids={0: unknown_right_half(empty_grid())}), 0, (2.1, 7.1)
+        )
+        if candidate.kind == "frontier"
+    ]
+    assert frontier.position == pytest.approx([11.9, 7.1])
+    assert frontier.size == pytest.approx(100 * 0.2)
+    assert frontier.cost == pytest.approx((11.9 - 2.1) / 0.5)
+    assert frontier.stairway_id is None
+    assert frontier.to_dict() == {
+        "kind": "frontier", "level": 0, "position": frontier.position.tolist(), "cost": frontier.cost,
+        "size": frontier.size, "stairway": None,
+    }  # fmt: skip
+
+
+def test_a_frontier_that_cannot_be_reached_is_no_candidate():
+    cells = np.zeros((100, 100), dtype=np.int8)
+    cells[:, 40:44], cells[:, 60:] = 100, -1
+    grids = {0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0))}
+    assert find_candidates(planner(1, grids=grids), 0, (2.1, 7.1)) == ()
+
+
+def test_stairs_cost_the_way_to_them_and_the_climb_up_or_down():
+    _, _, (portal,) = building(2)
+    (up,) = find_candidates(planner(2, grids={0: empty_grid()}), 0, portal.lower.position[:2])
+    assert up.cost == pytest.approx(portal.cost_up)
+    assert up.position == pytest.approx(portal.lower.position[:2])
+    assert math.isnan(up.size)
+    x, y, _ = portal.upper.position
+    (down,) = find_candidates(planner(2, grids={1: empty_grid()}), 1, (x + 0.2, y))
+    assert (down.kind, down.level, down.stairway_id) == ("stairs", 1, 1)
+    assert down.cost == pytest.approx(portal.cost_down + 0.2 / 0.5)
+    assert down.position == pytest.approx(portal.upper.position[:2])
+
+
+def test_stairs_of_unknown_verdict_are_candidates_only_where_the_planner_would_use_them():
+    grids = {0: empty_grid()}
+    assert find_candidates(planner(2, robot="anymal", grids=grids), 0, (2, 2)) == ()
+    assert len(find_candidates(planner(2, robot="anymal", grids=grids, allow_unknown=True), 0, (2, 2))) == 1
+    assert find_candidates(planner(2, robot="wheeled", grids=grids, allow_unknown=True), 0, (2, 2)) == ()
+
+
+def test_stairs_behind_others_and_stairs_that_cannot_be_reached_are_told_apart():
+    """Stairs 1 lead to floor 1, which has a map; stairs 2 lead on from there. Floor 3 is behind those."""
+    (only,) = find_candidates(planner(4, grids={0: empty_grid(), 1: empty_grid()}), 0, (2, 2))
+    assert (only.stairway_id, only.level) == (2, 1)
+    cells = np.zeros((100, 100), dtype=np.int8)
+    cells[:15, 12:22] = 100
+    blocked = {0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0))}
+    assert find_candidates(planner(2, grids=blocked), 0, (10, 10)) == ()
+
+
+def test_candidates_come_cheapest_first():
+    """From the upper floor, the frontier of the lower one costs the stairs too."""
+    grids = {0: unknown_right_half(empty_grid()), 1: unknown_right_half(empty_grid())}
+    costs = [candidate.cost for candidate in find_candidates(planner(2, grids=grids), 1, (2.0, 2.0))]
+    assert len(costs) == 2
+    assert costs == sorted(costs)
+
+
+def test_stairs_that_cannot_be_used_do_not_hide_those_after_them():
+    """Of four: too steep, between two known floors, ending in an obstacle, good."""
+    flights = [
+        make_flight(base=(2.0, 16.1, 0.0), rise=0.25, num_risers=12), make_flight(base=(2.0, 2.1, -1.7)),
+        make_flight(base=(10.0, 6.1, 0.0)), make_flight(base=(2.0, 10.1, 0.0)),
+    ]  # fmt: skip
+    floors = FloorStack(
+        floors=tuple(Floor(level=level, height=1.7 * level, is_explored=False) for level in (-1, 0, 1)),
+        levels={1: (0, 1), 2: (-1, 0), 3: (0, 1), 4: (0, 1)},
+    )
+    stairways = [make_stairway(flight, stairway_id=number) for number, flight in enumerate(flights, start=1)]
+    cells = np.zeros((100, 100), dtype=np.int8)
+    cells[25:35, 40:60] = 100
+    grids = {-1: empty_grid(), 0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0))}
+    spot = load_robot("spot")
+    candidates = find_candidates(FloorPlanner(grids, make_portals(stairways, floors, spot), spot), 0, (2, 14))
+    assert [candidate.stairway_id for candidate in candidates] == [4]
+
+
+def test_a_frontier_beside_an_obstacle_ends_where_the_robot_cannot_be():
+    """Spot is 0.6 m wide: the centres of the two nearest cells of 0.2 m beside the obstacle are too near."""
+    cells = unknown_right_half(empty_grid()).cells.copy()
+    cells[40:50, 57:60] = 100
+    grids = {0: OccupancyGrid(cells=cells, resolution=0.2, origin=(0, 0))}
+    found = [
+        item for item in find_candidates(planner(1, grids=grids), 0, (2.1, 9.1)) if item.kind == "frontier"
+    ]
+    assert sorted(item.size for item in found) == pytest.approx([39 * 0.2, 49 * 0.2])

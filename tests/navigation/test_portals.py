@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from stairmap.navigation.floors import find_floors
+from stairmap.navigation.floors import Floor, FloorStack, find_floors
 from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from stairmap.navigation.portals import STANDOFF, make_portal, note_obstacles
+from stairmap.navigation.portals import STANDOFF, make_portal, make_portals, note_obstacles
 from stairmap.navigation.robot_profile import load_robot
 from walkable_stairways import make_flight, make_half_turn, make_stairway
 
@@ -75,3 +75,67 @@ def test_a_portal_is_json():
     values = portal_of().to_dict()
     assert values["levels"] == [0, 1]
     assert values["leads_to_unexplored"] is True
+
+
+def test_a_cost_is_its_time_and_the_price_of_its_risk():
+    """Spot: 0.2 m/s on stairs, 5 s to line up at each of two ends, 10 s a metre up and 15 s a metre down."""
+    portal = portal_of()
+    length = 2 * STANDOFF + math.hypot(9 * 0.28, 1.7)
+    assert portal.length == pytest.approx(length)
+    assert portal.cost_up == pytest.approx(length / 0.2 + 10 + 17.0)
+    assert portal.cost_down == pytest.approx(length / 0.2 + 10 + 25.5)
+
+
+def test_the_way_leads_from_one_staging_pose_to_the_other_over_every_flights_ends():
+    portal = portal_of(make_half_turn())
+    expected = [
+        (-STANDOFF, 0, 0), (0, 0, 0), (8 * 0.28, 0, 1.53), (8 * 0.28, 1.3, 1.53), (0, 1.3, 3.06),
+        (-STANDOFF, 1.3, 3.06),
+    ]  # fmt: skip
+    assert portal.way == pytest.approx(np.array(expected), abs=1e-9)
+    # Three alignments: before each flight and at the end.
+    assert portal.cost_up == pytest.approx(portal.length / 0.2 + 15 + 30.6)
+
+
+@pytest.mark.parametrize("heading", [-math.pi / 2, 0.3, 3.0, -3.0])
+def test_the_upper_staging_pose_looks_back_down(heading):
+    portal = portal_of(make_stairway(make_flight(heading=heading)))
+    assert -math.pi <= portal.upper.heading <= math.pi
+    assert math.cos(portal.upper.heading - heading) == pytest.approx(-1)
+
+
+def test_stairs_between_explored_floors_lead_to_nothing_new():
+    for explored, leads_on in (((True, True), False), ((True, False), True), ((False, True), True)):
+        floors = tuple(
+            Floor(level=level, height=1.7 * level, is_explored=is_explored)
+            for level, is_explored in enumerate(explored)
+        )
+        portal = make_portal(STAIRWAY, FloorStack(floors=floors, levels={1: (0, 1)}), load_robot("spot"))
+        assert portal.leads_to_unexplored is leads_on
+
+
+def test_each_end_is_looked_up_on_the_map_of_its_own_floor_and_in_its_own_place():
+    cells = np.full((60, 60), FREE, dtype=np.int8)
+    cells[13:15, 9:11] = OCCUPIED  # around (1.0, 1.4): the lower staging pose
+    blocked = OccupancyGrid(cells=cells, resolution=0.1, origin=(0, 0))
+    free = OccupancyGrid(cells=np.zeros((60, 60), dtype=np.int8), resolution=0.1, origin=(0, 0))
+    assert len(note_obstacles(portal_of(), {0: blocked, 1: free}).notes) == 1
+    assert note_obstacles(portal_of(), {0: free, 1: blocked}).notes == ()
+    again = note_obstacles(note_obstacles(portal_of(), {0: blocked}), {0: blocked})
+    assert len(again.notes) == 2
+
+
+def test_a_portal_is_json_with_all_its_numbers():
+    portal = portal_of()
+    assert portal.to_dict() == {
+        "stairway": 1, "levels": [0, 1], "leads_to_unexplored": True,
+        "lower": {"position": [1.0, pytest.approx(2 - STANDOFF), 0.0], "heading": math.pi / 2},
+        "upper": portal.upper.to_dict(), "length": portal.length, "height": pytest.approx(1.7),
+        "cost_up": portal.cost_up, "cost_down": portal.cost_down, "verdict": "passable", "notes": [],
+    }  # fmt: skip
+
+
+def test_a_robot_of_which_nothing_is_known_gets_a_portal_for_each_stairway_and_no_verdict():
+    other = make_stairway(make_flight(base=(9, 9, 0)), stairway_id=4)
+    portals = make_portals([STAIRWAY, other], find_floors([STAIRWAY, other]))
+    assert [(portal.stairway_id, portal.verdict) for portal in portals] == [(1, "unknown"), (4, "unknown")]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from stairmap.navigation.robot_profile import RobotProfile, load_robot
 from stairmap.navigation.traversability import assess
+from stairmap.stairway import Landing
 from walkable_stairways import make_flight, make_half_turn, make_stairway, make_std
 
 ROBOT = RobotProfile(
@@ -120,9 +122,6 @@ def test_assessment_is_json():
     assert values["limiting"]["unit"] in ("m", "rad")
 
 
-"""20,000 stairways of any dimensions; each is measured with Gaussian errors of the stated size."""
-
-
 @pytest.fixture(scope="module")
 def sample():
     """20,000 stairways of any dimensions; each is measured with Gaussian errors of the stated size."""
@@ -170,3 +169,123 @@ def test_wrong_verdicts_are_rarer_than_the_doubt_they_state(sample):
 def test_within_two_sigma_the_verdict_is_unknown_not_wrong(sample):
     near = [verdict for _, measured, verdict in sample if abs(measured) < 1.9]
     assert set(near) == {"unknown"}
+
+
+LONG = replace(ROBOT, min_landing_length=1.0)
+
+
+def with_landing(length, turn_deg=0.0, std=0.01):
+    """Return a stairway of two flights, the second turned, and a landing of known length between them."""
+    flight_std = replace(make_std(), base=np.array([std, std, 5.0]))
+    lower = make_flight(rise=0.16, run=0.30, std=flight_std)
+    upper = make_flight(
+        base=(4.0, 0.0, 1.6), heading=math.radians(turn_deg), rise=0.16, run=0.30, std=flight_std
+    )
+    return make_stairway(
+        lower, upper, landings=(Landing(center=[3, 0, 1.6], size=(length, 9.0), heading=0.0),)
+    )
+
+
+def landing_checks(stairway, robot=LONG):
+    return [check for check in assess(stairway, robot).checks if check.limit.measure == "landing length"]
+
+
+@pytest.mark.parametrize(("length", "verdict"), [(1.1, "passable"), (1.01, "unknown"), (0.9, "impassable")])
+def test_a_straight_landing_is_as_long_as_its_flights_ends_are_sure(length, verdict):
+    """Both ends of it are as uncertain as a base in x and y: 2 x 1 cm x 1.41."""
+    stairway = with_landing(length)
+    (check,) = landing_checks(stairway)
+    assert (check.measured, check.flight_number) == (length, 1)
+    assert check.std == pytest.approx(0.02)
+    assert assess(stairway, LONG).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("turn_deg", "is_measured"), [(28, True), (-28, True), (32, False), (-32, False), (358, True)]
+)
+def test_a_landing_that_turns_by_less_than_30_deg_was_measured(turn_deg, is_measured):
+    (check,) = landing_checks(with_landing(1.5, turn_deg))
+    assert math.isnan(check.std) is not is_measured
+
+
+def test_turns_are_the_difference_of_headings_not_their_sum():
+    stairway = with_landing(1.5, 170)
+    turned = replace(stairway.flights[0], heading=math.radians(-170))
+    (check,) = landing_checks(replace(stairway, flights=(turned, stairway.flights[1])))
+    assert math.isfinite(check.std)
+
+
+def test_a_flight_that_no_landing_follows_needs_none():
+    straight = with_landing(0.5)
+    assert landing_checks(replace(straight, landings=())) == []
+    assert landing_checks(make_stairway(make_flight())) == []
+
+
+def test_each_landing_is_held_against_the_flights_beside_it():
+    flights = tuple(make_flight(base=(4.0 * n, 0.0, 1.7 * n), heading=n * math.pi) for n in (0, 1, 3))
+    landings = tuple(Landing(center=[0, 0, n], size=(n, 1.0), heading=0.0) for n in (2, 3))
+    first, second = landing_checks(make_stairway(*flights, landings=landings))
+    assert (first.flight_number, first.measured, second.flight_number, second.measured) == (1, 2.0, 2, 3.0)
+    assert math.isnan(first.std)
+    assert math.isfinite(second.std)
+
+
+def test_a_landing_before_a_flight_of_one_riser_counts():
+    stairway = with_landing(0.5)
+    single = replace(stairway.flights[0], num_risers=1)
+    assert len(landing_checks(replace(stairway, flights=(single, stairway.flights[1])))) == 1
+
+
+def measures_of(robot):
+    return {check.limit.measure for check in assess(make_stairway(), robot).checks}
+
+
+@pytest.mark.parametrize(
+    ("run", "pitch", "slope", "checked", "unchecked"),
+    [
+        (0.25, 36.0, None, {"run", "pitch"}, set()),
+        (0.25, None, None, {"run"}, {"pitch"}),
+        (None, 36.0, None, {"pitch"}, {"run"}),
+        (None, None, 30.0, {"pitch"}, {"run"}),
+        (0.25, None, 30.0, {"run"}, {"pitch"}),
+        (None, None, None, {"run", "pitch"}, set()),
+    ],
+)
+def test_of_run_and_pitch_one_published_limit_is_enough(run, pitch, slope, checked, unchecked):
+    robot = replace(ROBOT, min_run=run, max_pitch_deg=pitch, max_slope_deg=slope)
+    assessment = assess(make_stairway(), robot)
+    assert measures_of(robot) == {"rise", "width"} | checked
+    assert set(assessment.unchecked) == unchecked
+
+
+@pytest.mark.parametrize("field", ["max_continuous_rise", "body_width", "side_clearance"])
+def test_rise_and_width_must_be_known(field):
+    robot = replace(ROBOT, **{field: None})
+    assert assess_flight(robot, rise=0.1, run=0.4, width=3.0).verdict == "unknown"
+
+
+def test_a_landing_length_that_was_never_published_is_left_out():
+    assert "landing length" in assess(with_landing(0.5), ROBOT).unchecked
+
+
+def test_checks_come_flight_by_flight_and_tell_their_numbers():
+    assessment = assess(with_landing(1.5), LONG)
+    numbers = [check.flight_number for check in assessment.checks]
+    assert numbers == [1] * 5 + [2] * 4
+    assert assessment.stairway_id == 1
+    assert assessment.robot == "test"
+
+
+def test_an_assessment_is_json_with_every_check():
+    assessment = assess(with_landing(1.5), ROBOT)
+    values = assessment.to_dict()
+    assert values["stairway"] == 1
+    assert values["probability"] == list(assessment.probability)
+    assert values["unchecked"] == ["landing length"]
+    assert values["checks"] == [check.to_dict() for check in assessment.checks]
+    assert values["limiting"] == assessment.limiting.to_dict()
+
+
+def test_a_stairway_without_flights_is_refused():
+    with pytest.raises(ValueError, match="stairway 1 has no flights"):
+        assess(replace(make_stairway(), flights=()), ROBOT)

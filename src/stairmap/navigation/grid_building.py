@@ -33,6 +33,9 @@ _MIN_SHARE = 0.3
 _CLOSING_CELLS = 5
 """Gaps between rows of pixels on the floor are closed up to so many cells."""
 
+_BORDER_CELLS = _CLOSING_CELLS // 2 + 1
+"""Unknown cells around all that was seen: closing would fill a narrower border up to the edge of the map."""
+
 _KEY_BASE = 1 << 20
 
 
@@ -98,8 +101,9 @@ class GridBuilder:
         keys = np.concatenate([vote[0] for vote in votes])
         kinds = np.concatenate([vote[1] for vote in votes])
         rows, columns = keys // _KEY_BASE, keys % _KEY_BASE
-        low = np.array([rows.min(), columns.min()]) - 2
-        shape = (int(rows.max() - low[0]) + 3, int(columns.max() - low[1]) + 3)
+        low = np.array([rows.min(), columns.min()]) - _BORDER_CELLS
+        high = np.array([rows.max(), columns.max()]) + _BORDER_CELLS
+        shape = (int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)
         flat = (rows - low[0]) * shape[1] + columns - low[1]
         size = shape[0] * shape[1]
         floor_hits = np.bincount(flat[kinds == 0], minlength=size).reshape(shape)
