@@ -109,7 +109,7 @@ def measure_extents(
     # A step's distance is that of the row, so that columns are metres.
     distance = 1.0 / expected
     lateral = across * distance
-    return _extents(_Rows(cells=cells, on=on, lateral=lateral, distance=distance, step=row_step), n)
+    return _extents(_Rows(cells=cells, on=on, lateral=lateral, distance=distance, step=row_step, shift=fitted.optics.shift), n)
 
 
 def _rows_of_steps(slope: Float64Array, fitted: FittedProfile, n: int) -> IntArray:
@@ -128,13 +128,17 @@ def _is_own(surface: IntArray, fitted: FittedProfile) -> Mask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Rows:
-    """Rows of a grid that show steps; arrays are (R, C), ``step`` is (R,)."""
+    """Rows of a grid that show steps; arrays are (R, C), ``step`` is (R,).
+
+    ``shift`` is how many columns the sensor moves the ends of near surfaces outward.
+    """
 
     cells: Float64Array
     on: Mask
     lateral: Float64Array
     distance: Float64Array
     step: IntArray
+    shift: float
 
 
 def _extents(rows: _Rows, n: int) -> StepExtents:
@@ -227,10 +231,12 @@ def _end_positions(rows: _Rows, row: IntArray, inner: IntArray, side: int, is_fr
     column = inner[:, None] + side * np.arange(1, MAX_RAMP + 1)
     in_image = (column >= 0) & (column < num_columns)
     q = rows.cells[row[:, None], column.clip(0, num_columns - 1)] * in_image
-    own = rows.cells[row, inner]
+    own = 1.0 / rows.distance[row, inner]
     beyond = np.where(q > 0, q, np.inf).min(axis=1)
     halfway = 0.5 * (own + np.where(np.isfinite(beyond), np.minimum(beyond, own), own))
     is_ramp = np.logical_and.accumulate(q > halfway[:, None], axis=1)
     num_more = np.where(is_free, is_ramp.sum(axis=1), 0)
     spacing = np.abs(rows.lateral[row, 0] - rows.lateral[row, -1]) / max(num_columns - 1, 1)
-    return np.asarray(rows.lateral[row, inner] - side * (num_more + 0.5) * spacing)
+    # Where the last ray met something: a wall that begins before the end stands at its own place.
+    met = rows.lateral[row, inner] * np.where(is_free, 1.0, own / rows.cells[row, inner])
+    return np.asarray(met - side * (num_more + 0.5 - rows.shift * is_free) * spacing)
