@@ -72,7 +72,8 @@ class Evidence:
     on_tread, farther_tread
         The same of the tread behind the nosing; not all of them show.
     continued, ended
-        Rays just above the nosing that see the surface beneath it go on, and that do not.
+        (2, num_steps) rays just above the nosing that see the surface beneath it go on, and that do not; then
+        those beneath it that see the tread go on towards the camera, and that do not.
     """
 
     on: IntArray
@@ -86,9 +87,9 @@ class Evidence:
 
     @property
     def goes_on(self) -> Mask:
-        """(num_steps,) whether the surface beneath the nosing goes on past it."""
+        """(num_steps,) whether a surface that should end at the nosing goes on: a wall, or a floor."""
         most = self.continued > MAX_CONTINUED * (self.continued + self.ended)
-        return np.asarray(most & (self.continued >= MIN_RAYS))
+        return np.asarray((most & (self.continued >= MIN_RAYS)).any(axis=0))
 
     @property
     def is_seen(self) -> Mask:
@@ -200,33 +201,37 @@ def _between_sides(across: Float64Array, step: IntArray, on: Mask, n: int) -> Ma
 def _continuations(
     rays: Rays, expected: Float64Array, profile: StairProfile, noise: float, usable: Mask
 ) -> tuple[IntArray, IntArray]:
-    """Rays above each nosing that see the surface beneath it go on, and that see it ended."""
+    """Rays about each nosing that see a surface go on where it should end, and that do not.
+
+    Above the nosing the surface beneath it would go on: a wall, or a floor for stairs that descend. Beneath
+    the nosing of stairs that ascend, the tread would go on towards the camera: a floor. (2, num_steps) each,
+    above and beneath.
+    """
     n = profile.num_steps
-    s, z = np.maximum(profile.nosing_distances, MIN_FORWARD), profile.tread_heights[1:]
-    nosing = z / s
+    s, z = np.maximum(profile.nosing_distances, MIN_FORWARD), profile.tread_heights
+    nosing, is_near = z[1:] / s, profile.nosing_distances > MIN_FORWARD
+    upright = np.stack([1.0 / s, np.zeros(n)], axis=1)
+    level = np.stack([np.zeros(n), 1.0 / np.minimum(z[1:], -1e-3)], axis=1)
     if profile.run > 0:
-        top = (z + CONTINUED_HEIGHT * profile.rise) / s
-        line = np.stack([1.0 / s, np.zeros(n)], axis=1)
-        reach = 1.0 / s**2 * abs(profile.run)
+        above = nosing, (z[1:] + CONTINUED_HEIGHT * profile.rise) / s, upright, is_near
+        beneath = z[:-1] / s, nosing, level, is_near & (z[1:] < 0)
     else:
-        top = z / (s + CONTINUED_HEIGHT * abs(profile.run))
-        line = np.stack([np.zeros(n), 1.0 / np.minimum(z, -1e-3)], axis=1)
-        reach = np.full(n, np.inf)
-    continued, ended = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
-    valid = (profile.nosing_distances > MIN_FORWARD) & (top > nosing)
+        above = nosing, z[1:] / (s + CONTINUED_HEIGHT * abs(profile.run)), level, is_near
+        beneath = nosing, nosing, level, np.zeros(n, dtype=bool)
+    continued, ended = np.zeros((2, n), dtype=np.int64), np.zeros((2, n), dtype=np.int64)
     usable = usable & (rays.inverse_distance > 0)
-    for k in np.flatnonzero(valid):
-        inside = np.flatnonzero((rays.slope > nosing[k]) & (rays.slope < top[k]) & usable)
-        going_on = line[k, 0] + line[k, 1] * rays.slope[inside]
-        stairs = expected[inside]
-        q = rays.inverse_distance[inside]
-        # Only where the two can be told apart; what is nearer than both hides them.
-        differ = going_on - stairs > 2.0 * NUM_SIGMA * noise
-        tolerance = np.minimum(SURFACE_TOLERANCE * going_on**2 + NUM_SIGMA * noise, 0.5 * reach[k])
-        differ &= q < going_on + tolerance
-        continues = q > 0.5 * (going_on + stairs)
-        continued[k] = np.count_nonzero(differ & continues)
-        ended[k] = np.count_nonzero(differ & ~continues)
+    for place, (low, high, line, valid) in enumerate((above, beneath)):
+        for k in np.flatnonzero(valid & (high > low)):
+            inside = np.flatnonzero((rays.slope > low[k]) & (rays.slope < high[k]) & usable)
+            going_on = line[k, 0] + line[k, 1] * rays.slope[inside]
+            stairs, q = expected[inside], rays.inverse_distance[inside]
+            # Only where the two can be told apart; what is nearer than both hides them.
+            differ = going_on - stairs > NUM_SIGMA * noise
+            tolerance = np.minimum(SURFACE_TOLERANCE * going_on**2 + NUM_SIGMA * noise, 0.5 * going_on)
+            differ &= q < going_on + tolerance
+            goes_on = q > 0.5 * (going_on + stairs)
+            continued[place, k] = np.count_nonzero(differ & goes_on)
+            ended[place, k] = np.count_nonzero(differ & ~goes_on)
     return continued, ended
 
 
