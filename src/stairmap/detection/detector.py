@@ -169,7 +169,7 @@ class _Look:
         self.has_scans = False
 
     def along(self, angle: float) -> list[Candidate]:
-        """Examine what repeats like stairs along a heading, turned square to the edges that are seen there."""
+        """Examine what repeats like stairs along a heading, turned square to the edges seen there."""
         scans = self._scan(angle)
         if scans is None:
             return []

@@ -145,7 +145,7 @@ def make_grid(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevatio
 
 
 def sample_grid(image: InverseDepthImage, grid: ElevationGrid, bearing: Float64Array) -> Float32Array:
-    """Return the (R, N) inverse forward distance, 1/m, at bearings of every row; 0 where nothing was measured.
+    """Return the (R, N) inverse forward distance, 1/m, at bearings of every row; 0 where none was measured.
 
     Between pixels of one surface it is interpolated, which is exact on planes; elsewhere the nearest counts.
     """

@@ -10,6 +10,7 @@ floor (a level that goes on forward).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -188,7 +189,7 @@ def _between_sides(across: Float64Array, step: IntArray, on: Mask, n: int) -> Ma
     lefts, rights = [], []
     order = np.lexsort((across, np.where(on, step, n)))
     edges = np.searchsorted(np.where(on, step, n)[order], np.arange(n + 1))
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
+    for first, last in pairwise(edges.tolist()):
         few = int(SIDE_SHARE * (last - first))
         if last - first >= MIN_RAYS:
             rights.append(across[order[first + few]])

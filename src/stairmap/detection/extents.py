@@ -25,7 +25,7 @@ LOOK_OUTWARD = np.array([0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.10, 0.125, 
 """How far past an end it is looked, m: stringers and rails are thinner than the last."""
 
 WALL_NEAR, WALL_FAR = -0.05, 0.10
-"""What is nearer than the step between so far inside and outside of its end, m, is a wall that stands there."""
+"""What is nearer than the step, between so far inside and outside of its end, m, is a wall there."""
 
 DEPTH_STEP, DEPTH_STEP_SQUARE = 0.06, 0.01
 """Past an end something is nearer or farther by at least this much, m, and so much more per square metre of

@@ -1,9 +1,9 @@
 """Fit a stair profile to the rays of one frame.
 
 Every ray says at which inverse forward distance Q = 1/s it met something. A profile predicts it, with its
-derivatives, so robust Gauss-Newton adjusts the profile, how far the axes are turned, and the sensor's shift of
-edges together, until rays and prediction agree. Each step also gets its own place, held to the regular one by
-the irregularity of built stairs, so that an odd step neither pulls the others nor is pulled by them. The
+derivatives, so robust Gauss-Newton adjusts the profile, how far the axes are turned, and the sensor's shift
+of edges together, until rays and prediction agree. Each step also gets its own place, held to the regular one
+by the irregularity of built stairs, so that an odd step neither pulls the others nor is pulled by them. The
 covariance is the inverse of the same equations.
 """
 
@@ -37,7 +37,7 @@ RAKE_STD, BACK_RAKE_STD = 0.02, 0.004
 ever away from it, m per m."""
 
 GROUND_STD = 0.02
-"""Of the ground's slope against what the normals told, m per m: it is measured together with the tilt of up."""
+"""Of the ground's slope against what the normals told, m per m: it is measured together with up's tilt."""
 
 SLOPE_STD = 0.008
 """Treads drain with 1 to 2 % against the ground, most not at all, m per m."""
@@ -228,7 +228,7 @@ def fit_profile(
     """
     noise = max(noise, MIN_NOISE)
     state = _State(profile=start, optics=optics, angles=np.zeros(3), noise=noise)
-    rounds = COARSE_STDS
+    rounds: tuple[float, ...] = COARSE_STDS
     if around is not None:
         angles = np.array([around.tilt, around.roll, around.turn])
         state = _State(profile=start, optics=around.optics, angles=angles, noise=around.noise)
@@ -245,7 +245,7 @@ def fit_profile(
             return None
         matrix, gradient = prior.added(*equations, state)
         try:
-            change = -np.linalg.solve(matrix, gradient)
+            change = -np.asarray(np.linalg.solve(matrix, gradient), dtype=np.float64)
         except np.linalg.LinAlgError:
             return None
         state = state.moved(change)
@@ -374,7 +374,7 @@ class _Table:
         count = len(predicted.slope)
 
         def summed(values: Float64Array) -> Float64Array:
-            return np.bincount(self.entry, values, count)
+            return np.asarray(np.bincount(self.entry, values, count), dtype=np.float64)
 
         plain, across, squared = summed(weight), summed(weight * bearing), summed(weight * bearing**2)
         pull, pull_across = summed(weight * self.residual), summed(weight * self.residual * bearing)
@@ -431,7 +431,7 @@ def _slope_range(profile: StairProfile) -> tuple[float, float]:
 
 def _result(state: _State, matrix: Float64Array, known_shift: float, cost: float) -> FittedProfile:
     profile = state.profile
-    full = np.linalg.inv(matrix)
+    full = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
     order = [REGULAR.index(name) for name in ("rise", "run", "distance", "height")] + [TILT, TURN]
     n = profile.num_steps
     own = np.full(2 * n + 1, np.nan)

@@ -133,8 +133,8 @@ def estimate_smoothings(image: InverseDepthImage) -> tuple[float, ...]:
 
     Returns
     -------
-    The Gaussian's standard deviation, pixels, at least ``SHARP``; where too few jumps are in view, ``SHARP`` and
-    ``SMOOTH``, of which the fit must choose.
+    The Gaussian's standard deviation, pixels, at least ``SHARP``; where too few jumps are in view, ``SHARP``
+    and ``SMOOTH``, of which the fit must choose.
     """
     q = image.inverse_depth
     shares = np.concatenate([_jump_shares(q[:, ::JUMP_STEP]), _jump_shares(q[::JUMP_STEP].T)])

@@ -73,7 +73,7 @@ class Case:
     rays
         Rays of the stairs' strips in the fitted axes.
     sides
-        Right and left end of the stairs, m to the left of the camera's sagittal plane; NaN where none was seen.
+        Right and left end of the stairs, m to the left of the camera's sagittal plane; NaN where not seen.
     num_found
         Nosings that found the lattice.
     """

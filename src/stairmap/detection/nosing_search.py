@@ -18,7 +18,7 @@ MIN_JUMP = 0.10
 """Smallest forward distance between the two sides of a jump, m: half of the smallest run."""
 
 JUMP_ROWS = (2, 3, 5, 7)
-"""How many rows past an edge something farther must begin: a sensor that smooths makes a ramp of a few rows."""
+"""How many rows past an edge something farther must begin: a sensor that smooths makes a ramp of a few."""
 
 NOISE_JUMP = 5.0
 """A jump is larger than this many standard deviations of inverse distance."""
@@ -27,7 +27,7 @@ MIN_NOTHING_ROWS = 8
 """An edge before nothing at all counts as a jump where so many rows hold no measurement."""
 
 MIN_CORNER = np.radians(40.0)
-"""Smallest angle between the surfaces below and above a crease: worn and sloping risers keep half of 90 deg."""
+"""Smallest angle between the surfaces below and above a crease: worn and sloping risers keep half of 90°."""
 
 MAX_CORNER_STD = np.radians(14.0)
 """Largest standard deviation of a crease's angle."""
@@ -36,7 +36,7 @@ MAX_CREASE_GAP = 0.07
 """Largest forward distance between the surfaces that meet at a crease, m: the overhang of a nosing."""
 
 WINDOW_HEIGHT = 0.06
-"""Height of the piece of a scan to which a line is fitted on either side of a crease, m: a third of a riser."""
+"""Height of the piece of a scan to which a line is fitted on each side of a crease, m: a third of a rise."""
 
 MIN_WINDOW, MAX_WINDOW = 3, 10
 """Bounds of the same, rows."""
@@ -186,19 +186,19 @@ def _find_jumps(elevation: Elevation, noise: float) -> tuple[Float64Array, Float
     is_edge |= is_last
     # Of neighbouring rows that all see the jump ahead, the edge is the one before the steepest fall.
     fall = np.where(is_edge, q - padded[1 : num_rows + 1], 0.0)
-    rows, strips = np.nonzero(is_edge & ~np.concatenate([np.zeros((1, q.shape[1]), bool), is_edge[:-1]]))
-    run_length = _run_lengths(is_edge, rows, strips)
-    window = rows[:, None] + np.arange(max(JUMP_ROWS))
+    first, strips = np.nonzero(is_edge & ~np.concatenate([np.zeros((1, q.shape[1]), bool), is_edge[:-1]]))
+    run_length = _run_lengths(is_edge, first, strips)
+    window = first[:, None] + np.arange(max(JUMP_ROWS))
     inside = np.arange(max(JUMP_ROWS)) < run_length[:, None]
     steepest = np.argmax(np.where(inside, fall[window.clip(0, num_rows - 1), strips[:, None]], -1.0), axis=1)
-    edge = rows + steepest
+    edge = first + steepest
     at = np.minimum(
         slope[edge] + (0.5 - elevation.grid.edge_shift) * elevation.grid.row_size, slopes[edge + 1]
     )
     # The surface is followed to the edge at the distance it has where it is still itself.
-    s = distance[rows, strips]
+    s = distance[first, strips]
     is_level = slope[edge] < -0.02
-    deeper = np.where(is_level, s * slope[rows] / np.minimum(at, -0.01), s)
+    deeper = np.where(is_level, s * slope[first] / np.minimum(at, -0.01), s)
     own = distance[edge, strips]
     s = np.where(np.abs(own - s) <= np.abs(own - deeper), s, np.minimum(deeper, own + 0.05))
     return s, s * at, strips, is_last[edge, strips]

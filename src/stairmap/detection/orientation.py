@@ -35,7 +35,7 @@ GIVEN_UP_STD = np.radians(2.0)
 """Standard deviation of an up of which nothing else is known, rad: IMUs were 3 to 4 degrees off."""
 
 POSE_UP_STD = np.radians(0.4)
-"""Standard deviation of the up of a pose, rad: SLAM with an IMU holds roll and pitch to 0.3 to 0.5 degrees."""
+"""Standard deviation of the up of a pose, rad: SLAM with an IMU holds roll and pitch to 0.3 to 0.5°."""
 
 LEVEL_NORMAL_STD, NORMALS_PER_SAMPLE = np.radians(1.5), 15.0
 """Standard deviation of one independent normal, rad; so many normals count as one, for windows overlap."""
@@ -52,8 +52,8 @@ LEVEL_LIMIT_DEG = 5.0
 
 
 class CorrectedUp(NamedTuple):
-    """Up as a (3,) unit vector, camera frame, the standard deviation of its direction, rad, and the (3,) normal
-    of floor and treads, which differs where the ground slopes."""
+    """Up as a (3,) unit vector, camera frame, the standard deviation of its direction, rad, and the (3,)
+    normal of floor and treads, which differs where the ground slopes."""
 
     up: Vector
     std: float
