@@ -170,6 +170,7 @@ def test_everything_else_stands_at_the_origin_unturned(model):
     assert context.CoordinateSpaceDimension == 3
     assert context.Precision == 1e-5
     assert context.WorldCoordinateSystem.Location.Coordinates == (0.0, 0.0, 0.0)
+    assert context.WorldCoordinateSystem.RefDirection.DirectionRatios == (1.0, 0.0, 0.0)
 
 
 def test_units_are_metres_and_radians(model):

@@ -277,8 +277,12 @@ def test_staging_poses_of_one_floor_are_joined_straight_both_ways_at_the_robots_
 def test_unknown_stairs_get_edges_unless_they_are_left_out(tmp_path):
     """An impassable stairway never does, whatever is allowed."""
     unknown = make_stairway(make_flight(base=(0, 6, 3.0), rise=0.178, num_risers=17), stairway_id=2)
-    for allow_unknown, stairways in ((True, {1, 2}), (False, {1})):
-        _, graph, _ = write_graph(tmp_path, stairways=(FIRST, unknown), allow_unknown=allow_unknown)
+    for options, stairways in (
+        ({}, {1, 2}),
+        ({"allow_unknown": True}, {1, 2}),
+        ({"allow_unknown": False}, {1}),
+    ):
+        _, graph, _ = write_graph(tmp_path, stairways=(FIRST, unknown), **options)
         found = {feature["properties"]["metadata"].get("stairway") for feature in graph["features"]}
         assert found - {None} == stairways
 

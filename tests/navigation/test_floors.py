@@ -149,10 +149,11 @@ def test_a_floor_that_only_the_way_tells_of_lies_a_storey_of_1_9_m_from_all_othe
     assert len(stack.floors) == num_floors
 
 
+@pytest.mark.parametrize("others", [[], [9.0]])
 @pytest.mark.parametrize(("num_poses", "num_floors"), [(9, 2), (10, 3)])
-def test_a_lift_is_known_by_ten_poses_at_one_height(num_poses, num_floors):
-    """The heights scatter by 0.14 m, one more by far; the floor lies at their median."""
-    poses = np.concatenate([np.zeros(12), np.linspace(8.0, 8.14, num_poses), [9.0]])
+def test_a_lift_is_known_by_ten_poses_at_one_height(num_poses, num_floors, others):
+    """The heights scatter by 0.14 m, another by far; the floor lies at their median."""
+    poses = np.concatenate([np.zeros(12), np.linspace(8.0, 8.14, num_poses), others])
     stack = find_floors([steps_to(3.0)], way(*poses, num=1), camera_height=CAMERA_HEIGHT)
     assert len(stack.floors) == num_floors
     if num_floors == 3:
