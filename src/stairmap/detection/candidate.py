@@ -126,7 +126,7 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
     fitted, evidence = seen
     columns = strip_columns(len(scene.elevation.grid.bearing), lattice.strips, margin=1)
     extents = measure_extents(scene.image, scene.elevation, fitted, columns)
-    chosen = np.flatnonzero(evidence.is_seen & np.isfinite(extents.left - extents.right))
+    chosen = np.flatnonzero(evidence.is_seen)
     left = common_extent(extents.left, extents.left_bounded, chosen, 1.0)
     right = common_extent(extents.right, extents.right_bounded, chosen, -1.0)
     rays = turned_rays(everything, fitted)
@@ -202,10 +202,13 @@ def _observe(case: Case, extents: StepExtents, chosen: IntArray, scene: Scene) -
     left_axis = cross(up, ahead)
     descending = profile.run < 0
     s, z = profile.nosing_distances, profile.tread_heights[1:]
+    # A step too thin to show its ends reaches from side to side as far as is known.
+    lefts = np.where(np.isfinite(extents.left), extents.left, case.sides[1])
+    rights = np.where(np.isfinite(extents.right), extents.right, case.sides[0])
     edges = []
     for index in chosen:
         point = s[index] * ahead + z[index] * up
-        ends = [point + extents.left[index] * left_axis, point + extents.right[index] * left_axis]
+        ends = [point + lefts[index] * left_axis, point + rights[index] * left_axis]
         bounded = [bool(extents.left_bounded[index]), bool(extents.right_bounded[index])]
         if descending:
             ends.reverse()
@@ -221,7 +224,7 @@ def _observe(case: Case, extents: StepExtents, chosen: IntArray, scene: Scene) -
                 std=(float(fitted.step_std[index, 0]), float(fitted.step_std[index, 1])),
             )
         )
-    lowest = int(chosen[0])
+    lowest, is_top = int(chosen[0]), int(chosen[-1]) == profile.num_steps - 1
     middle = np.mean([edge.nosing.mean(axis=0) @ left_axis for edge in edges])
     origin = (profile.distance + lowest * profile.run) * ahead + (profile.height + lowest * profile.rise) * up
     return StairObservation(
@@ -238,8 +241,8 @@ def _observe(case: Case, extents: StepExtents, chosen: IntArray, scene: Scene) -
         rise_information=fitted.rise_information,
         overhang=max(profile.overhang, 0.0),
         overhang_std=fitted.overhang_std,
-        floor_seen=is_level_seen(case.rays, profile, is_top=False),
-        top_seen=is_level_seen(case.rays, profile, is_top=True),
+        floor_seen=lowest == 0 and is_level_seen(case.rays, profile, is_top=False),
+        top_seen=is_top and is_level_seen(case.rays, profile, is_top=True),
         points=np.concatenate([edge.nosing for edge in edges]),
     )
 

@@ -195,6 +195,9 @@ def measure_turns(rays: Rays, profile: StairProfile) -> tuple[Float64Array, Floa
     (num_steps,) angles, NaN where too few rays tell them, and their standard deviations, rad.
     """
     n = profile.num_steps
+    if profile.run < 0:
+        # Risers of stairs that descend face away.
+        return np.full(n, np.nan), np.full(n, np.nan)
     measured = rays.inverse_distance > 0
     q = np.where(measured, rays.inverse_distance, 1.0)
     s, z, t = 1.0 / q, rays.slope / q, rays.bearing / q

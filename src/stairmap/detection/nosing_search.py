@@ -15,7 +15,7 @@ from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.elevation import Elevation
 
 MIN_JUMP = 0.10
-"""Smallest forward distance between the two sides of a jump, m: half of the smallest run."""
+"""Smallest distance along a ray between the two sides of a jump, m: half of the smallest run."""
 
 JUMP_ROWS = (2, 3, 5, 7)
 """How many rows past an edge something farther must begin: a sensor that smooths makes a ramp of a few."""
@@ -169,14 +169,14 @@ def _find_jumps(elevation: Elevation, noise: float) -> tuple[Float64Array, Float
     distance = 1.0 / np.where(is_measured, q, 1.0)
     # What an upright surface and a level one would show above: farther than both is a jump.
     ratio = np.where(slope < 0, 1.0 / np.minimum(slope, -1e-6), 0.0)
+    # Along a ray that looks down, a jump is longer than forward.
+    min_jump = (MIN_JUMP / np.sqrt(1.0 + slope**2))[:, None]
     is_edge = np.zeros(q.shape, dtype=bool)
     for rows in JUMP_ROWS:
         above = padded[rows : rows + num_rows]
         level = np.where(slope < 0, slopes[rows : rows + num_rows] * ratio, 1.0)[:, None]
         expected = q * np.minimum(level, 1.0)
-        threshold = np.minimum(
-            expected / (1.0 + MIN_JUMP * np.maximum(expected, 1e-6)), expected - NOISE_JUMP * noise
-        )
+        threshold = np.minimum(expected / (1.0 + min_jump * expected), expected - NOISE_JUMP * noise)
         is_edge |= (above > 0) & (above < threshold)
     is_edge &= is_measured
     counts = np.cumsum(np.concatenate([np.zeros((1, q.shape[1]), np.int64), is_measured]), axis=0)
