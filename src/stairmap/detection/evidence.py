@@ -43,6 +43,9 @@ MAX_CONTINUED = 0.5
 CONTINUED_HEIGHT = 0.8
 """How far above a nosing it is looked whether its surface goes on, in rises (or in runs, for a level)."""
 
+LEAST_DEPTH = 1e-3
+"""A level less than this below the camera is seen edge-on, m."""
+
 MAX_UNSEEN = 1
 """Steps on end that may be hidden before stairs end for the eye."""
 
@@ -210,29 +213,34 @@ def _continuations(
     """
     n = profile.num_steps
     s, z = np.maximum(profile.nosing_distances, MIN_FORWARD), profile.tread_heights
-    nosing, is_near = z[1:] / s, profile.nosing_distances > MIN_FORWARD
-    upright = np.stack([1.0 / s, np.zeros(n)], axis=1)
-    level = np.stack([np.zeros(n), 1.0 / np.minimum(z[1:], -1e-3)], axis=1)
-    if profile.run > 0:
-        above = nosing, (z[1:] + CONTINUED_HEIGHT * profile.rise) / s, upright, is_near
-        beneath = z[:-1] / s, nosing, level, is_near & (z[1:] < 0)
-    else:
-        above = nosing, z[1:] / (s + CONTINUED_HEIGHT * abs(profile.run)), level, is_near
-        beneath = nosing, nosing, level, np.zeros(n, dtype=bool)
-    continued, ended = np.zeros((2, n), dtype=np.int64), np.zeros((2, n), dtype=np.int64)
     usable = usable & (rays.inverse_distance > 0)
-    for place, (low, high, line, valid) in enumerate((above, beneath)):
-        for k in np.flatnonzero(valid & (high > low)):
-            inside = np.flatnonzero((rays.slope > low[k]) & (rays.slope < high[k]) & usable)
-            going_on = line[k, 0] + line[k, 1] * rays.slope[inside]
-            stairs, q = expected[inside], rays.inverse_distance[inside]
-            # Only where the two can be told apart; what is nearer than both hides them.
-            differ = going_on - stairs > NUM_SIGMA * noise
-            tolerance = np.minimum(SURFACE_TOLERANCE * going_on**2 + NUM_SIGMA * noise, 0.5 * going_on)
-            differ &= q < going_on + tolerance
-            goes_on = q > 0.5 * (going_on + stairs)
-            continued[place, k] = np.count_nonzero(differ & goes_on)
-            ended[place, k] = np.count_nonzero(differ & ~goes_on)
+    slope, q, stairs = rays.slope[usable], rays.inverse_distance[usable], expected[usable]
+    # Steps in the order in which their nosings are seen, those beside the camera left out.
+    order = np.flatnonzero(profile.nosing_distances > MIN_FORWARD)[:: int(profile.direction)]
+    nosing = np.maximum.accumulate(z[1:][order] / s[order])
+    place = np.searchsorted(nosing, slope)
+    last = len(order) - 1
+    above, beneath = order[(place - 1).clip(0, last)], order[place.clip(0, last)]
+    if profile.run > 0:
+        is_above = (place > 0) & (slope < ((z[1:] + CONTINUED_HEIGHT * profile.rise) / s)[above])
+        going_on = 1.0 / s[above]
+        is_beneath = (place <= last) & (slope > (z[:-1] / s)[beneath]) & (z[1:][beneath] < 0)
+    else:
+        reach = s + CONTINUED_HEIGHT * abs(profile.run)
+        is_above = (place > 0) & (slope < (z[1:] / reach)[above])
+        going_on = slope / np.minimum(z[1:], -LEAST_DEPTH)[above]
+        is_beneath = np.zeros(len(slope), dtype=bool)
+    level = slope / np.minimum(z[1:], -LEAST_DEPTH)[beneath]
+    continued, ended = np.zeros((2, n), dtype=np.int64), np.zeros((2, n), dtype=np.int64)
+    for row, (step, inside, surface) in enumerate(
+        ((above, is_above, going_on), (beneath, is_beneath, level))
+    ):
+        # Only where the two can be told apart; what is nearer than both hides them.
+        differ = inside & (surface - stairs > NUM_SIGMA * noise)
+        differ &= q < surface + np.minimum(SURFACE_TOLERANCE * surface**2 + NUM_SIGMA * noise, 0.5 * surface)
+        goes_on = q > 0.5 * (surface + stairs)
+        continued[row] = np.bincount(step[differ & goes_on], minlength=n)
+        ended[row] = np.bincount(step[differ & ~goes_on], minlength=n)
     return continued, ended
 
 
@@ -306,10 +314,12 @@ def compare_with_flat(rays: Rays, fitted: FittedProfile, sides: tuple[float, flo
     variance = fitted.noise**2 + (SURFACE_TOLERANCE / NUM_SIGMA * predicted.sensitivity[entry]) ** 2
     by_steps = (q - predicted.expected(slope, entry)) ** 2
     weight = 1.0 / variance
+    middle = slope - slope.mean()
     for _ in range(FLAT_ROUNDS):
-        design = np.stack([np.ones(len(slope)), slope])
-        line = np.linalg.lstsq((design * np.sqrt(weight)).T, q * np.sqrt(weight), rcond=None)[0]
-        by_flat = (q - line @ design) ** 2
+        total, mean = weight.sum(), (weight @ q) / weight.sum()
+        center = (weight @ middle) / total
+        steepness = (weight @ ((middle - center) * (q - mean))) / max(weight @ (middle - center) ** 2, 1e-12)
+        by_flat = (q - mean - steepness * (middle - center)) ** 2
         weight = 1.0 / (variance * (1.0 + by_flat / variance / NUM_SIGMA**2) ** 2)
 
     def cost(squares: Float64Array) -> float:

@@ -37,6 +37,9 @@ MAX_RAMP = 8
 MIN_COLUMNS = 3
 """Fewest columns of a row on a step."""
 
+MAX_ROWS = 12
+"""Most rows of a step that are followed."""
+
 MIN_ROWS = 2
 """Fewest rows that tell a step's end."""
 
@@ -117,7 +120,16 @@ def _rows_of_steps(slope: Float64Array, fitted: FittedProfile, n: int) -> IntArr
     predicted = fitted.predict(slope)
     is_plain = predicted.edge_spread < 2.0 * fitted.noise + 0.02 * predicted.inverse_distance
     useful = is_plain & _is_own(predicted.surface, fitted) & (predicted.step >= 0) & (predicted.step < n)
-    return np.flatnonzero(useful[predicted.entries(slope)])
+    entry = predicted.entries(slope)
+    rows = np.flatnonzero(useful[entry])
+    # More rows of a step would tell the same ends again.
+    step = predicted.step[entry[rows]]
+    count = np.bincount(step, minlength=n)
+    place = np.arange(len(rows)) - np.searchsorted(step, step) if fitted.profile.run > 0 else None
+    if place is None:
+        place = np.arange(len(rows)) - np.searchsorted(-step, -step)
+    spacing = np.maximum(-(-count[step] // MAX_ROWS), 1)
+    return np.asarray(rows[place % spacing == spacing // 2])
 
 
 def _is_own(surface: IntArray, fitted: FittedProfile) -> Mask:

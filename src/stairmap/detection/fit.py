@@ -61,10 +61,10 @@ TAIL = 2.0
 SURFACE_STD = 0.0015
 """Carpets, worn and uneven treads: how far a surface lies off its plane, m."""
 
-COARSE_STDS = (0.030, 0.015, 0.007, 0.003)
+COARSE_STDS = (0.030, 0.010, 0.004)
 """In the first rounds the profile itself may be this wrong, m: rays farther off still pull."""
 
-NUM_FINE_ROUNDS = 3
+NUM_FINE_ROUNDS = 2
 """Rounds in which each step has its own place."""
 
 RAYS_PER_SAMPLE = 6.0
@@ -233,7 +233,8 @@ def fit_profile(
         angles = np.array([around.tilt, around.roll, around.turn])
         state = _State(profile=start, optics=around.optics, angles=angles, noise=around.noise)
         rounds = COARSE_STDS[-1:]
-    rounds = rounds if is_coarse else (*rounds, *(0.0,) * NUM_FINE_ROUNDS)
+    if not is_coarse:
+        rounds = (*rounds, *(0.0,) * NUM_FINE_ROUNDS)
     prior = _Prior(start, optics.shift, up_std)
     chain = _chain(start.num_steps)
     for coarse in rounds:

@@ -189,6 +189,9 @@ def outline_of(profile: StairProfile, *, min_extent: float = 1e-9) -> Outline:
     return pieces.visible(min_extent)
 
 
+_RISER, _UNDERSIDE, _FRONT, _TREAD, _BEHIND = (int(surface) for surface in Surface)
+
+
 class _Pieces:
     """All surfaces of a profile in the order in which a path away from the camera meets them."""
 
@@ -215,44 +218,44 @@ class _Pieces:
         near = np.maximum(s, MIN_FORWARD)
         rows = np.arange(1, len(s) + 1)
         is_above = under > 0
-        self._set_line(Surface.FRONT, rows, 1.0 / near, 0.0)
-        self.line_gradient[rows, Surface.FRONT, 0, self.nosing] = -1.0 / near**2
+        self._set_line(_FRONT, rows, 1.0 / near, 0.0)
+        self.line_gradient[rows, _FRONT, 0, self.nosing] = -1.0 / near**2
         inverse = 1.0 / np.where(is_above, under, 1.0)
-        self._set_line(Surface.UNDERSIDE, rows, 0.0, inverse)
-        self.line_gradient[rows, Surface.UNDERSIDE, 1, self.level[1:]] = -(inverse**2)
-        self.line_gradient[rows, Surface.UNDERSIDE, 1, self.thickness] = inverse**2
+        self._set_line(_UNDERSIDE, rows, 0.0, inverse)
+        self.line_gradient[rows, _UNDERSIDE, 1, self.level[1:]] = -(inverse**2)
+        self.line_gradient[rows, _UNDERSIDE, 1, self.thickness] = inverse**2
         self._add_treads()
         tread_end = np.append(self.z[:-1] / near, self.z[-1] / (near[-1] + profile.run))
         if profile.is_open:
             depth = profile.run + profile.overhang
-            self._set_line(Surface.RISER, rows, 1.0 / (near + BEHIND_SHARE * profile.run), 0.0)
-            self.surface[rows, Surface.RISER] = Surface.BEHIND
+            self._set_line(_RISER, rows, 1.0 / (near + BEHIND_SHARE * profile.run), 0.0)
+            self.surface[rows, _RISER] = _BEHIND
             riser_end = under / (near + depth)
             tread_end[0] = self.z[0] / (near[0] + BEHIND_SHARE * profile.run)
             tread_end[1:] = z / (near + depth)
         else:
             self._add_risers(rows)
-            riser = self.line[rows, Surface.RISER]
-            riser_end = _crossing(riser, self.line[rows, Surface.UNDERSIDE])
-            tread_end[:-1] = _crossing(self.line[:-1, Surface.TREAD], riser)
+            riser = self.line[rows, _RISER]
+            riser_end = _crossing(riser, self.line[rows, _UNDERSIDE])
+            tread_end[:-1] = _crossing(self.line[:-1, _TREAD], riser)
         # From above, the front's lower edge hides the top of the riser behind it.
-        self._set_end(Surface.RISER, rows, np.where(is_above, riser_end, under / near), seen)
-        self._set_nosing_slope(rows[~is_above], Surface.RISER, under, thickness=-1.0)
-        self._set_end(Surface.UNDERSIDE, rows, under / near, seen & is_above)
-        self._set_nosing_slope(rows, Surface.UNDERSIDE, under, thickness=-1.0)
-        self._set_end(Surface.FRONT, rows, z / near, seen)
-        self._set_nosing_slope(rows, Surface.FRONT, z, thickness=0.0)
-        self._set_end(Surface.TREAD, np.append(0, rows), tread_end, self.z < 0)
+        self._set_end(_RISER, rows, np.where(is_above, riser_end, under / near), seen)
+        self._set_nosing_slope(rows[~is_above], _RISER, under, thickness=-1.0)
+        self._set_end(_UNDERSIDE, rows, under / near, seen & is_above)
+        self._set_nosing_slope(rows, _UNDERSIDE, under, thickness=-1.0)
+        self._set_end(_FRONT, rows, z / near, seen)
+        self._set_nosing_slope(rows, _FRONT, z, thickness=0.0)
+        self._set_end(_TREAD, np.append(0, rows), tread_end, self.z < 0)
 
     def add_descending(self) -> None:
         """Treads of stairs that lead away from the camera downward: their risers face away."""
         near = np.maximum(self.s, MIN_FORWARD)
         self._add_treads()
         rows = np.arange(1, len(near) + 1)
-        self._set_end(Surface.TREAD, rows, self.z[1:] / near, (self.s > MIN_FORWARD) & (self.z[1:] < 0))
-        self._set_nosing_slope(rows, Surface.TREAD, self.z[1:], thickness=0.0)
+        self._set_end(_TREAD, rows, self.z[1:] / near, (self.s > MIN_FORWARD) & (self.z[1:] < 0))
+        self._set_nosing_slope(rows, _TREAD, self.z[1:], thickness=0.0)
         floor_end = self.z[:1] / (near[0] - self.profile.run)
-        self._set_end(Surface.TREAD, np.zeros(1, dtype=np.int64), floor_end, self.z[:1] < 0)
+        self._set_end(_TREAD, np.zeros(1, dtype=np.int64), floor_end, self.z[:1] < 0)
 
     def visible(self, min_extent: float) -> Outline:
         """The pieces that nothing hides, and what follows the last one."""
@@ -261,22 +264,22 @@ class _Pieces:
         highest = np.maximum.accumulate(np.concatenate([[-np.inf], end[:-1]]))
         gradient = self.end_gradient[order].reshape(len(end), -1)
         surface = self.surface[order].reshape(-1)
-        is_level = (surface == Surface.TREAD) | (surface == Surface.UNDERSIDE)
+        is_level = (surface == _TREAD) | (surface == _UNDERSIDE)
         is_level &= self.profile.run > 0
         is_seen = end > highest + np.where(is_level, min_extent, 1e-9)
         # A riser then ends where the front before it begins.
-        under = np.flatnonzero((surface == Surface.UNDERSIDE) & ~is_seen & np.isfinite(end))
+        under = np.flatnonzero((surface == _UNDERSIDE) & ~is_seen & np.isfinite(end))
         end[under - 1], gradient[under - 1] = end[under], gradient[under]
         chosen = np.flatnonzero(is_seen)
         num_values = self.end_gradient.shape[-1]
         last = len(self.s) - 1 if self.profile.run > 0 else 0
         surface, line = surface[chosen], self.line[order].reshape(-1, 2)[chosen]
         beyond = [1.0 / (max(self.s[last], MIN_FORWARD) + BEHIND_SHARE * abs(self.profile.run)), 0.0]
-        if len(chosen) and surface[-1] == Surface.TREAD:
+        if len(chosen) and surface[-1] == _TREAD:
             # The last level seen goes on for as long as nothing is known of its end.
             beyond = line[-1].tolist()
         return Outline(
-            surface=np.append(surface, Surface.BEHIND).astype(np.int64),
+            surface=np.append(surface, _BEHIND).astype(np.int64),
             step=np.append(self.step[order].reshape(-1)[chosen], last).astype(np.int64),
             line=np.concatenate([line, [beyond]]),
             top=np.append(end[chosen], np.inf),
@@ -289,11 +292,11 @@ class _Pieces:
     def _add_risers(self, rows: IntArray) -> None:
         rake, z = self.profile.rake, self.z[1:]
         foot = np.maximum(self.s + self.profile.overhang + rake * z, 0.5 * MIN_FORWARD)
-        self._set_line(Surface.RISER, rows, 1.0 / foot, rake / foot)
+        self._set_line(_RISER, rows, 1.0 / foot, rake / foot)
         for value, by in ((self.nosing, 1.0), (self.overhang, 1.0), (self.level[1:], rake), (self.rake, z)):
-            self.line_gradient[rows, Surface.RISER, 0, value] = -by / foot**2
-            self.line_gradient[rows, Surface.RISER, 1, value] = -rake * by / foot**2
-        self.line_gradient[rows, Surface.RISER, 1, self.rake] += 1.0 / foot
+            self.line_gradient[rows, _RISER, 0, value] = -by / foot**2
+            self.line_gradient[rows, _RISER, 1, value] = -rake * by / foot**2
+        self.line_gradient[rows, _RISER, 1, self.rake] += 1.0 / foot
 
     def _add_treads(self) -> None:
         """Treads from -1, the floor, on."""
@@ -305,8 +308,8 @@ class _Pieces:
         level = self.z - climb * s
         inverse = 1.0 / np.where(np.abs(level) > 1e-3, level, -1e-3)
         offset = -climb * inverse
-        self._set_line(Surface.TREAD, rows, offset, inverse)
-        tread = Surface.TREAD
+        self._set_line(_TREAD, rows, offset, inverse)
+        tread = _TREAD
         self.line_gradient[rows, tread, 1, self.level] = -(inverse**2)
         self.line_gradient[rows, tread, 0, self.level] = -offset * inverse
         sign = profile.direction
@@ -320,15 +323,15 @@ class _Pieces:
             self.line_gradient[rows, tread, 0, value] = -(offset * by + direct) * inverse
 
     def _set_line(
-        self, surface: Surface, rows: IntArray, a: Float64Array | float, b: Float64Array | float
+        self, surface: int, rows: IntArray, a: Float64Array | float, b: Float64Array | float
     ) -> None:
         self.line[rows, surface, 0], self.line[rows, surface, 1] = a, b
 
-    def _set_end(self, surface: Surface, rows: IntArray, end: Float64Array, seen: Mask) -> None:
+    def _set_end(self, surface: int, rows: IntArray, end: Float64Array, seen: Mask) -> None:
         self.end[rows, surface] = np.where(seen, end, -np.inf)
 
     def _set_nosing_slope(
-        self, rows: IntArray, surface: Surface, heights: Float64Array, *, thickness: float
+        self, rows: IntArray, surface: int, heights: Float64Array, *, thickness: float
     ) -> None:
         """Derivatives of the slope of nosings, or of the lower edge of their fronts."""
         step = rows - 1
