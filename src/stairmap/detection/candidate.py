@@ -19,8 +19,8 @@ from stairmap.detection.observation import Rejection, StairEdge, StairObservatio
 from stairmap.detection.profile import USUAL_THICKNESS, Optics, StairProfile
 from stairmap.geometry import cross
 
-TRIED_BELOW, TRIED_ABOVE = 6, 8
-"""Steps below and above those found that are tried: far off, few rows are left of each, too few for the
+TRIED_NEAR, TRIED_FAR = 2, 8
+"""Steps before and behind those found that are tried: far off, few rows are left of each, too few for the
 search."""
 
 MAX_ROUNDS = 3
@@ -158,13 +158,14 @@ def _fit_seen_steps(
 ) -> tuple[FittedProfile, Evidence] | None:
     """Fit the steps that found a lattice, look which others there are, and fit those."""
     profile, fitted = start, None
+    below, above = (TRIED_NEAR, TRIED_FAR) if start.run > 0 else (TRIED_FAR, TRIED_NEAR)
     for _ in range(MAX_ROUNDS):
         fitted = _fit_coarsely(scene, measured, profile, fitted)
         if fitted is None:
             return None
-        wider = fitted.profile.with_steps(TRIED_BELOW, TRIED_ABOVE)
+        wider = fitted.profile.with_steps(below, above)
         evidence = count_evidence(turned_rays(everything, fitted), fitted, wider)
-        found = (TRIED_BELOW, TRIED_BELOW + fitted.profile.num_steps - 1)
+        found = (below, below + fitted.profile.num_steps - 1)
         span = choose_steps(evidence, found)
         if span is None or span[1] - span[0] < 1:
             return None
@@ -174,9 +175,7 @@ def _fit_seen_steps(
     fitted = fit_profile(
         measured, profile, noise=scene.noise, optics=scene.optics(), up_std=scene.up_std, around=fitted
     )
-    if fitted is None:
-        return None
-    return fitted, count_evidence(turned_rays(everything, fitted), fitted, fitted.profile)
+    return None if fitted is None else (fitted, evidence.of_steps(*span))
 
 
 def _fit_coarsely(

@@ -144,13 +144,15 @@ def make_grid(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevatio
     )
 
 
-def sample_grid(image: InverseDepthImage, grid: ElevationGrid, bearing: Float64Array) -> Float32Array:
-    """Return the (R, N) inverse forward distance, 1/m, at bearings of every row; 0 where none was measured.
+def sample_grid(
+    image: InverseDepthImage, grid: ElevationGrid, slope: Float64Array, bearing: Float64Array
+) -> Float32Array:
+    """Return the (R, N) inverse forward distance, 1/m, of rays of (R,) slopes and (N,) bearings; 0 where none was measured.
 
     Between pixels of one surface it is interpolated, which is exact on planes; elsewhere the nearest counts.
     """
     camera = image.camera
-    slope = grid.slope.astype(np.float32)[:, None]
+    slope = slope.astype(np.float32)[:, None]
     across = bearing.astype(np.float32)[None, :]
     up, forward, left = (axis.astype(np.float32) for axis in (grid.up, grid.forward, grid.left))
     depth = forward[2] + slope * up[2] + across * left[2]
@@ -181,7 +183,7 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
         return None
     first, num_strips = _first_column(len(grid.bearing)), len(grid.bearing) // STRIP_WIDTH
     columns = np.arange(first, first + num_strips * STRIP_WIDTH, COLUMN_STEP)
-    cells = sample_grid(image, grid, grid.bearing[columns]).reshape(len(grid.slope), num_strips, -1)
+    cells = sample_grid(image, grid, grid.slope, grid.bearing[columns]).reshape(len(grid.slope), num_strips, -1)
     inside = grid.bearing[first : first + num_strips * STRIP_WIDTH].reshape(num_strips, STRIP_WIDTH)
     return Elevation(grid=grid, bearing=inside.mean(axis=1), inverse_distance=_average_cells(cells))
 

@@ -9,7 +9,7 @@ floor (a level that goes on forward).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
 
 import numpy as np
@@ -88,6 +88,11 @@ class Evidence:
     farther_tread: IntArray
     continued: IntArray
     ended: IntArray
+
+    def of_steps(self, first: int, last: int) -> Evidence:
+        """Return the evidence of some steps only, the last one included."""
+        kept = {field.name: getattr(self, field.name)[..., first : last + 1] for field in fields(self)}
+        return Evidence(**kept)
 
     @property
     def goes_on(self) -> Mask:

@@ -94,7 +94,7 @@ def measure_extents(
     if len(rows) == 0 or len(bearing) < MIN_COLUMNS:
         nothing = np.full(n, np.nan)
         return StepExtents(left=nothing, right=nothing, left_bounded=nothing > 0, right_bounded=nothing > 0)
-    cells = sample_grid(image, grid, bearing)[rows].astype(np.float64)
+    cells = sample_grid(image, grid, grid.slope[rows], bearing).astype(np.float64)
     slope = grid.slope[rows, None]
     ahead = 1.0 - fitted.tilt * slope + fitted.turn * bearing
     turned = (slope + fitted.tilt + fitted.roll * bearing) / ahead
@@ -246,9 +246,10 @@ def _end_positions(rows: _Rows, row: IntArray, inner: IntArray, side: int, is_fr
     own = 1.0 / rows.distance[row, inner]
     beyond = np.where(q > 0, q, np.inf).min(axis=1)
     halfway = 0.5 * (own + np.where(np.isfinite(beyond), np.minimum(beyond, own), own))
-    is_ramp = np.logical_and.accumulate(q > halfway[:, None], axis=1)
+    # A stringer that stands there is nearer, and no ramp.
+    is_ramp = np.logical_and.accumulate((q > halfway[:, None]) & (q < own[:, None]), axis=1)
     num_more = np.where(is_free, is_ramp.sum(axis=1), 0)
     spacing = np.abs(rows.lateral[row, 0] - rows.lateral[row, -1]) / max(num_columns - 1, 1)
-    # Where the last ray met something: a wall that begins before the end stands at its own place.
-    met = rows.lateral[row, inner] * np.where(is_free, 1.0, own / rows.cells[row, inner])
+    # Where the last ray met something: a wall, or a side that recedes from the end, stands at its own place.
+    met = rows.lateral[row, inner] * own / rows.cells[row, inner]
     return np.asarray(met - side * (num_more + 0.5 - rows.shift * is_free) * spacing)

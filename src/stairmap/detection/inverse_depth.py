@@ -21,7 +21,7 @@ MAX_WORKING_WIDTH = 360
 """Images are reduced by a whole factor until they are no wider than this, in pixels."""
 
 
-JUMP_STEP = 4
+JUMP_STEP = 6
 """Every so many columns and rows are looked at for how a sensor shows jumps."""
 
 JUMP_REACH, PLATEAU_REACH = 3, 6
