@@ -16,7 +16,7 @@ from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.detection.judgement import Case, common_extent, find_rejections
 from stairmap.detection.lattice import Lattice
 from stairmap.detection.observation import Rejection, StairEdge, StairObservation
-from stairmap.detection.profile import USUAL_THICKNESS, Optics, StairProfile
+from stairmap.detection.profile import MIN_FORWARD, USUAL_THICKNESS, Optics, StairProfile
 from stairmap.geometry import cross
 
 TRIED_NEAR, TRIED_FAR = 2, 8
@@ -28,6 +28,10 @@ MAX_ROUNDS = 3
 
 OPEN_SHARE = 0.35
 """Where more than this share of the rays towards risers go through, the same steps are tried as slabs."""
+
+MIN_STEP_ROWS, MAX_ROW_STEP = 12, 3
+"""Rows of the farthest step found that are kept, and the most rows of which one is taken: more would tell the
+same steps again."""
 
 PIXELS_PER_RAY = 16
 """Pixels that a ray of a strip averages."""
@@ -100,8 +104,9 @@ class Candidate:
 
 def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
     """Fit, count and judge the stairs that a lattice suggests."""
-    strips = np.flatnonzero(lattice.strips)
-    measured, everything = gather_rays(scene.elevation, strips), all_rays(scene.elevation, strips)
+    strips, row_step = np.flatnonzero(lattice.strips), _row_step(scene, lattice)
+    measured = gather_rays(scene.elevation, strips, row_step)
+    everything = all_rays(scene.elevation, strips, row_step)
     start = StairProfile(
         ground=scene.ground_slope * float(np.sign(lattice.run)),
         distance=lattice.distance,
@@ -125,14 +130,13 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
         )  # fmt: skip
     fitted, evidence = seen
     columns = strip_columns(len(scene.elevation.grid.bearing), lattice.strips, margin=1)
-    extents = measure_extents(scene.image, scene.elevation, fitted, columns)
+    rays = turned_rays(everything, fitted)
+    predicted = fitted.predict(rays.slope)
+    extents = measure_extents(scene.image, scene.elevation, fitted, predicted, columns)
     chosen = np.flatnonzero(evidence.is_seen)
     left = common_extent(extents.left, extents.left_bounded, chosen, 1.0)
     right = common_extent(extents.right, extents.right_bounded, chosen, -1.0)
-    rays = turned_rays(everything, fitted)
-    case = Case(
-        fitted=fitted, evidence=evidence, rays=rays, sides=(right, left), num_found=len(lattice.indices)
-    )
+    case = Case(fitted=fitted, predicted=predicted, evidence=evidence, rays=rays, sides=(right, left))
     rejections = find_rejections(case, config)
     observation = None
     if not rejections:
@@ -146,6 +150,18 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
         fitted=fitted,
         evidence=evidence,
     )
+
+
+def _row_step(scene: Scene, lattice: Lattice) -> int:
+    """Every so many rows are taken: as few as leave the farthest step found ``MIN_STEP_ROWS``.
+
+    All are where stairs descend: of their farther steps few rows show.
+    """
+    if lattice.run < 0:
+        return 1
+    farthest = max(lattice.distance + int(lattice.indices[-1]) * lattice.run, MIN_FORWARD)
+    rows = lattice.rise / farthest / scene.elevation.grid.row_size
+    return int(np.clip(rows / MIN_STEP_ROWS, 1, MAX_ROW_STEP))
 
 
 def _lets_through(evidence: Evidence) -> bool:

@@ -46,6 +46,10 @@ CONTINUED_HEIGHT = 0.8
 LEAST_DEPTH = 1e-3
 """A level less than this below the camera is seen edge-on, m."""
 
+MIN_DIFFERENCE = 1.5
+"""A ray tells whether a surface goes on where that makes a difference of so many standard deviations: many
+rays together decide."""
+
 MAX_UNSEEN = 1
 """Steps on end that may be hidden before stairs end for the eye."""
 
@@ -115,11 +119,12 @@ class Evidence:
         return np.asarray((through & (self.farther >= MIN_RAYS)) | self.goes_on)
 
 
-def all_rays(elevation: Elevation, strips: IntArray) -> Rays:
-    """Return all rays of some strips, also those without a measurement, whose inverse distance is 0."""
-    num_rows = len(elevation.slope)
+def all_rays(elevation: Elevation, strips: IntArray, row_step: int = 1) -> Rays:
+    """Return all rays of some strips and every ``row_step``-th row, also those without a measurement, whose
+    inverse distance is 0."""
+    num_rows = -(-len(elevation.slope) // row_step)
     row, place = np.divmod(np.arange(num_rows * len(strips)), len(strips))
-    strip = strips[place]
+    row, strip = row * row_step, strips[place]
     return Rays(
         slope=elevation.slope[row],
         bearing=elevation.bearing[strip],
@@ -241,7 +246,7 @@ def _continuations(
         ((above, is_above, going_on), (beneath, is_beneath, level))
     ):
         # Only where the two can be told apart; what is nearer than both hides them.
-        differ = inside & (surface - stairs > NUM_SIGMA * noise)
+        differ = inside & (surface - stairs > MIN_DIFFERENCE * noise)
         differ &= q < surface + np.minimum(SURFACE_TOLERANCE * surface**2 + NUM_SIGMA * noise, 0.5 * surface)
         goes_on = q > 0.5 * (surface + stairs)
         continued[row] = np.bincount(step[differ & goes_on], minlength=n)
@@ -283,7 +288,9 @@ def choose_steps(evidence: Evidence, found: tuple[int, int]) -> tuple[int, int] 
     return ends[0], ends[1]
 
 
-def compare_with_flat(rays: Rays, fitted: FittedProfile, sides: tuple[float, float]) -> float:
+def compare_with_flat(
+    rays: Rays, fitted: FittedProfile, predicted: Prediction, sides: tuple[float, float]
+) -> float:
     """Compare how well steps explain the rays with how well one flat surface does: a wall, floor or ramp.
 
     In inverse distance over slope, any flat surface is a straight line. It is fitted to the same rays, those
@@ -293,8 +300,8 @@ def compare_with_flat(rays: Rays, fitted: FittedProfile, sides: tuple[float, flo
     ----------
     rays
         Rays of the stairs' strips in the fitted axes.
-    fitted
-        The profile of the steps that were seen.
+    fitted, predicted
+        The profile of the steps that were seen, and what it says of the elevation's rays.
     sides
         Right and left side of the stairs, m.
 
@@ -309,7 +316,6 @@ def compare_with_flat(rays: Rays, fitted: FittedProfile, sides: tuple[float, flo
     if np.count_nonzero(chosen) < MIN_RAYS:
         return 1.0
     slope, q = rays.slope[chosen], rays.inverse_distance[chosen]
-    predicted = fitted.predict(slope)
     entry = predicted.entries(slope)
     across = rays.bearing[chosen] / np.maximum(predicted.expected(slope, entry), 1e-6)
     inside = (across > sides[0]) & (across < sides[1])

@@ -16,7 +16,7 @@ from stairmap.detection.elevation import Elevation, sample_grid
 from stairmap.detection.evidence import tolerances
 from stairmap.detection.fit import FittedProfile
 from stairmap.detection.inverse_depth import InverseDepthImage
-from stairmap.detection.profile import Surface
+from stairmap.detection.profile import Prediction, Surface
 
 MAX_BRIDGE = 0.20
 """Gaps in a step up to this width, m, are bridged: balusters, a foot, a bag."""
@@ -72,7 +72,11 @@ class StepExtents:
 
 
 def measure_extents(
-    image: InverseDepthImage, elevation: Elevation, fitted: FittedProfile, columns: tuple[int, int]
+    image: InverseDepthImage,
+    elevation: Elevation,
+    fitted: FittedProfile,
+    predicted: Prediction,
+    columns: tuple[int, int],
 ) -> StepExtents:
     """Measure how far each step of a fitted profile reaches to either side.
 
@@ -82,15 +86,15 @@ def measure_extents(
         Inverse depth of the frame.
     elevation
         Its elevation.
-    fitted
-        The profile of the steps that were seen.
+    fitted, predicted
+        The profile of the steps that were seen, and what it says of the elevation's rays.
     columns
         First column of the grid that is looked at, and one past the last.
     """
     n = fitted.profile.num_steps
     grid = elevation.grid
     bearing = grid.bearing[columns[0] : columns[1]]
-    rows = _rows_of_steps(grid.slope, fitted, n)
+    rows = _rows_of_steps(grid.slope, fitted, predicted)
     if len(rows) == 0 or len(bearing) < MIN_COLUMNS:
         nothing = np.full(n, np.nan)
         return StepExtents(left=nothing, right=nothing, left_bounded=nothing > 0, right_bounded=nothing > 0)
@@ -100,7 +104,6 @@ def measure_extents(
     turned = (slope + fitted.tilt + fitted.roll * bearing) / ahead
     cells /= ahead
     across = (bearing - fitted.roll * slope - fitted.turn) / ahead
-    predicted = fitted.predict(turned)
     entry = predicted.entries(turned)
     expected = predicted.expected(turned, entry)
     tolerance = tolerances(predicted, fitted.profile, 2.0 * fitted.noise)
@@ -115,9 +118,9 @@ def measure_extents(
     return _extents(_Rows(cells=cells, on=on, lateral=lateral, distance=distance, step=row_step, shift=fitted.optics.shift), n)
 
 
-def _rows_of_steps(slope: Float64Array, fitted: FittedProfile, n: int) -> IntArray:
+def _rows_of_steps(slope: Float64Array, fitted: FittedProfile, predicted: Prediction) -> IntArray:
     """Rows that show a surface which tells a step."""
-    predicted = fitted.predict(slope)
+    n = fitted.profile.num_steps
     is_plain = predicted.edge_spread < 2.0 * fitted.noise + 0.02 * predicted.inverse_distance
     useful = is_plain & _is_own(predicted.surface, fitted) & (predicted.step >= 0) & (predicted.step < n)
     entry = predicted.entries(slope)

@@ -123,10 +123,10 @@ class Rays:
         )
 
 
-def gather_rays(elevation: Elevation, strips: IntArray) -> Rays:
-    """Return the measured rays of some strips."""
-    row, column = np.nonzero(elevation.inverse_distance[:, strips])
-    strip = strips[column]
+def gather_rays(elevation: Elevation, strips: IntArray, row_step: int = 1) -> Rays:
+    """Return the measured rays of some strips, of every ``row_step``-th row."""
+    row, column = np.nonzero(elevation.inverse_distance[::row_step, strips])
+    row, strip = row * row_step, strips[column]
     return Rays(
         slope=elevation.slope[row],
         bearing=elevation.bearing[strip],

@@ -15,7 +15,7 @@ from stairmap.config import Config, EnvelopeConfig
 from stairmap.detection.evidence import Evidence, compare_with_flat
 from stairmap.detection.fit import FittedProfile, Rays
 from stairmap.detection.observation import Rejection
-from stairmap.detection.profile import StairProfile
+from stairmap.detection.profile import Prediction, StairProfile
 
 MAX_SEE_THROUGH = 0.30
 """Largest share of rays that go through what should be solid: real treads and risers let nothing through."""
@@ -66,23 +66,21 @@ class Case:
 
     Attributes
     ----------
-    fitted
-        The fitted profile of the steps that were seen.
+    fitted, predicted
+        The fitted profile of the steps that were seen, and what it says of the elevation's rays.
     evidence
         Of each of its steps.
     rays
         Rays of the stairs' strips in the fitted axes.
     sides
         Right and left end of the stairs, m to the left of the camera's sagittal plane; NaN where not seen.
-    num_found
-        Nosings that found the lattice.
     """
 
     fitted: FittedProfile
+    predicted: Prediction
     evidence: Evidence
     rays: Rays
     sides: tuple[float, float]
-    num_found: int
 
     @property
     def width(self) -> float:
@@ -174,7 +172,7 @@ def _check_regular(fitted: FittedProfile) -> list[Rejection]:
 
 def _check_not_flat(case: Case) -> list[Rejection]:
     """Steps that can be told from a wall, a floor or a ramp."""
-    flatness = compare_with_flat(case.rays, case.fitted, case.sides)
+    flatness = compare_with_flat(case.rays, case.fitted, case.predicted, case.sides)
     if flatness > MAX_FLATNESS:
         return [_broken("max_flatness", flatness, MAX_FLATNESS, "1")]
     return []
