@@ -14,10 +14,11 @@ from solid_scenes import frame_of, room, stairs_solid
 from stairmap.arrays import Float64Array, Transform
 from stairmap.config import Config
 from stairmap.detection.observation import Detection
+from stairmap.detection.orientation import POSE_UP_STD
 from stairmap.errors import ConfigError, MapFullError, TrajectoryError
 from stairmap.frame import DepthFrame
 from stairmap.pipeline import METHODS
-from stairmap.session import MAX_OBSERVATIONS, MapSession, MapSessionState, StairwayPipeline
+from stairmap.session import MAX_OBSERVATIONS, MapSession, MapSessionState
 from stairmap.simulation.triangle_mesh import joined
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
@@ -81,7 +82,7 @@ def test_frames_without_up_take_it_from_the_pose(method: str, frames: list[Depth
     with_up = MapSession(method=method)
     for frame, pose in zip(frames[:6], POSES, strict=False):
         assert frame.up is None
-        own = DepthFrame(stamp_ns=frame.stamp_ns, depth=frame.depth, camera=frame.camera, up=pose[2, :3])
+        own = replace(frame, up=pose[2, :3], up_std=POSE_UP_STD)
         taken, given = session.add(frame, pose), with_up.add(own, pose)
         assert taken.to_dict() == given.to_dict()
 
@@ -393,13 +394,6 @@ def test_the_trajectory_grows_with_the_frames(frames: list[DepthFrame]) -> None:
         session.take(frame, nothing, shifted(POSES[0], (0.01 * index, 0.0, 0.0)))
         assert len(session.trajectory()) == index + 1
     np.testing.assert_allclose(np.diff(session.trajectory().map_from_camera[:, 0, 3]), 0.01)
-
-
-def test_the_earlier_name_still_works(frames: list[DepthFrame]) -> None:
-    with pytest.warns(DeprecationWarning, match="now MapSession"):
-        pipeline = StairwayPipeline()
-    assert pipeline.process(frames[-1], POSES[-1])
-    assert len(pipeline.trajectory()) == 1
 
 
 def repeated(state: MapSessionState, num_observations: int) -> MapSessionState:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from stairmap.recordings.frame_iterators import placed_frames
     from stairmap.recordings.open import open_recording
     from stairmap.recordings.tum_trajectory import load_tum_trajectory
-    from stairmap.session import MapSession, StairwayPipeline
+    from stairmap.session import MapSession
     from stairmap.stairway import Flight, Landing, Stairway, Step
     from stairmap.trajectory import Trajectory
 
@@ -49,7 +49,6 @@ __all__ = [
     "StairObservation",
     "StairmapError",
     "Stairway",
-    "StairwayPipeline",
     "Step",
     "Trajectory",
     "__version__",
@@ -87,7 +86,7 @@ _HOMES = {
     "recordings.frame_iterators": ("placed_frames",),
     "recordings.open": ("open_recording",),
     "recordings.tum_trajectory": ("load_tum_trajectory",),
-    "session": ("MapSession", "StairwayPipeline"),
+    "session": ("MapSession",),
     "stairway": ("Flight", "Landing", "Stairway", "Step"),
     "trajectory": ("Trajectory",),
 }

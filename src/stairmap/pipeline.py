@@ -13,10 +13,11 @@ from stairmap.config import Config
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.errors import ConfigError
 from stairmap.frame import DepthFrame
-from stairmap.stairway import Stairway
+from stairmap.stairway import Flight, Stairway
 from stairmap.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from stairmap.modeling.looks import Look
     from stairmap.modeling.mapper import MapperState
 
 DEFAULT_METHOD = "stairmap"
@@ -45,6 +46,19 @@ class Modeler(Protocol):
 
     def stairways(self, trajectory: Trajectory) -> tuple[Stairway, ...]:
         """Return the stairways as this trajectory places them."""
+        ...
+
+
+@runtime_checkable
+class LookingModeler(Modeler, Protocol):
+    """A modeler that also learns from frames that must see a stairway, whether they do or not."""
+
+    def add_look(self, look: Look) -> None:
+        """Take in what one frame saw of a flight."""
+        ...
+
+    def flights(self, trajectory: Trajectory) -> tuple[Flight, ...]:
+        """Return the flights that frames are to look at."""
         ...
 
 

@@ -5,12 +5,12 @@
         session.add(frame, map_from_camera)
     print(session.stairways())
 
-A loop closure moves old poses: hand the corrected ones to ``correct`` and ask again.
+A loop closure moves old poses: hand the corrected ones to ``correct`` and ask again. Frames also look at the
+stairways that are known already: one that is not there any more is withdrawn.
 """
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,15 +21,31 @@ from stairmap.detection.observation import Detection
 from stairmap.detection.orientation import POSE_UP_STD
 from stairmap.errors import ConfigError, MapFullError
 from stairmap.frame import DepthFrame
+from stairmap.modeling.looks import Look, look_at_flights
 from stairmap.modeling.mapper import MapperState
-from stairmap.pipeline import DEFAULT_METHOD, RestorableModeler, make_detector, make_modeler
+from stairmap.pipeline import (
+    DEFAULT_METHOD,
+    LookingModeler,
+    RestorableModeler,
+    make_detector,
+    make_modeler,
+)
 from stairmap.pose_log import PoseLog
-from stairmap.stairway import Stairway
+from stairmap.stairway import Flight, Stairway
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import check_pose
 
 MAX_OBSERVATIONS = 1_000_000
 """Most observations that a session takes: so many need 3 GB and half a minute to give their stairways."""
+
+MIN_NEW_OBSERVATIONS, NEW_SHARE = 10, 0.1
+"""Frames look at the flights of the last answer. The session asks for them itself after 10 new observations,
+or a tenth of those it had then if that is more: 50 times in 10,000 observations."""
+
+FRAMES_UNTIL_ASKED = 10
+"""After a correction of poses no frame looks at flights that were placed by the old ones, and a restored
+session knows none yet. Unless somebody asks for the stairways before, the session asks for the flights this
+many frames later: so a correction with every frame does not cost a query with every frame."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,6 +101,7 @@ class MapSession:
         self.modeler = make_modeler(self.config, method=method)
         self._poses = PoseLog()
         self._num_observations = 0
+        self._known = _KnownFlights()
 
     @property
     def num_frames(self) -> int:
@@ -135,16 +152,50 @@ class MapSession:
             frame = frame_with_up(frame, check_pose(map_from_camera))
         return self.detector.detect(frame, trace=trace)
 
-    def take(self, frame: DepthFrame, detection: Detection, map_from_camera: Transform | None) -> None:
-        """Let what ``detect`` has found in a frame enter the map; see ``add``, which does both."""
+    def look(self, frame: DepthFrame, map_from_camera: Transform) -> tuple[Look, ...]:
+        """Return what a frame sees or misses of the flights known so far; it does not enter the map.
+
+        Half a millisecond for a flight in view. There is no look where the method does not learn from looks,
+        or nothing is known yet.
+
+        Raises
+        ------
+        TrajectoryError
+            If the pose is no rigid transform.
+        """
+        pose = check_pose(map_from_camera)
+        if not isinstance(self.modeler, LookingModeler):
+            return ()
+        if self._known.is_due(self._num_observations):
+            flights = self.modeler.flights(self._poses.trajectory()) if self._poses.num_placed else ()
+            self._known = _KnownFlights(flights, self._num_observations)
+        return look_at_flights(self._known.flights, frame, pose)
+
+    def take(
+        self,
+        frame: DepthFrame,
+        detection: Detection,
+        map_from_camera: Transform | None,
+        looks: tuple[Look, ...] | None = None,
+    ) -> None:
+        """Let what ``detect`` has found in a frame enter the map; see ``add``, which does both.
+
+        What the frame sees or misses of the flights known so far enters too, if it has a pose: the result of
+        ``look``, which is asked for where it is not given.
+        """
         num_observations = self._num_observations + len(detection.observations)
         if num_observations > MAX_OBSERVATIONS:
             raise MapFullError(
                 f"the map holds {self._num_observations:,} observations, of {MAX_OBSERVATIONS:,} at most; "
                 "leave out frames from places that were looked from often, or begin a new session"
             )
+        if looks is None:
+            looks = () if map_from_camera is None else self.look(frame, map_from_camera)
         self._poses.add(frame.stamp_ns, map_from_camera)
         self._num_observations = num_observations
+        if isinstance(self.modeler, LookingModeler):
+            for look in looks:
+                self.modeler.add_look(look)
         for observation in detection.observations:
             self.modeler.add(observation)
 
@@ -176,6 +227,7 @@ class MapSession:
             If it has the stamp of no frame. The session stays as it was.
         """
         self._poses.correct(path)
+        self._known = _KnownFlights((), self._num_observations, frames_left=FRAMES_UNTIL_ASKED)
 
     def stairways(self, trajectory: Trajectory | None = None) -> tuple[Stairway, ...]:
         """Return the stairways found so far, by id.
@@ -190,7 +242,10 @@ class MapSession:
             return self.modeler.stairways(trajectory)
         if not self._poses.num_placed:
             return ()
-        return self.modeler.stairways(self._poses.trajectory())
+        stairways = self.modeler.stairways(self._poses.trajectory())
+        flights = tuple(flight for stairway in stairways for flight in stairway.flights)
+        self._known = _KnownFlights(flights, self._num_observations)
+        return stairways
 
     def state(self) -> MapSessionState:
         """Return a copy of all that the session knows.
@@ -223,6 +278,7 @@ class MapSession:
         modeler.restore(state.modeler)
         self._poses = poses
         self._num_observations = len(state.modeler.observations)
+        self._known = _KnownFlights((), self._num_observations, frames_left=FRAMES_UNTIL_ASKED)
 
     def _restorable_modeler(self) -> RestorableModeler:
         if not isinstance(self.modeler, RestorableModeler):
@@ -232,18 +288,31 @@ class MapSession:
         return self.modeler
 
 
-class StairwayPipeline(MapSession):
-    """The name that ``MapSession`` had in 0.1; ``process`` is now ``add``."""
+class _KnownFlights:
+    """The flights that frames look at, and when they are to be asked for anew.
 
-    def __init__(self, config: Config | None = None, *, method: str = DEFAULT_METHOD) -> None:
-        warnings.warn(
-            "StairwayPipeline is now MapSession, and its process is add", DeprecationWarning, stacklevel=2
-        )
-        super().__init__(config, method=method)
+    Parameters
+    ----------
+    flights
+        As they were answered.
+    num_observations
+        How many the session had then.
+    frames_left
+        Frames until they are asked for anew, whatever they show; ``None`` where only observations count.
+    """
 
-    def process(self, frame: DepthFrame, map_from_camera: Transform, *, trace: bool = False) -> Detection:
-        """Look at one frame taken at a known pose and let what it shows enter the map; see ``add``."""
-        return self.add(frame, map_from_camera, trace=trace)
+    def __init__(
+        self, flights: tuple[Flight, ...] = (), num_observations: int = 0, *, frames_left: int | None = None
+    ) -> None:
+        self.flights = flights
+        self._due_at = num_observations + max(MIN_NEW_OBSERVATIONS, NEW_SHARE * num_observations)
+        self._frames_left = frames_left
+
+    def is_due(self, num_observations: int) -> bool:
+        """Tell with each frame, which is counted, whether to ask for the flights anew."""
+        if self._frames_left is not None:
+            self._frames_left -= 1
+        return num_observations >= self._due_at or self._frames_left == 0
 
 
 def frame_with_up(frame: DepthFrame, map_from_camera: Transform) -> DepthFrame:

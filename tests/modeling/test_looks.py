@@ -16,12 +16,12 @@ from stairmap.modeling.looks import (
     MIN_TELLING_RAYS,
     Look,
     look_at,
-    look_at_stairways,
+    look_at_flights,
 )
 from stairmap.simulation.stair_shapes import FlightShape
 from stairmap.simulation.stairs import build_flight
 from stairmap.simulation.triangle_mesh import make_block
-from stairmap.stairway import Flight, FlightStd, Stairway
+from stairmap.stairway import Flight, FlightStd
 
 STD = FlightStd(rise=0.001, run=0.001, width=0.01, pitch=0.005, heading=0.003, base=np.full(3, 0.01))
 STAIRS = AnalyticStairs()
@@ -225,12 +225,8 @@ def test_a_look_that_does_not_tell_is_neither() -> None:
 
 def test_the_looks_of_a_frame_are_those_that_tell_at_every_flight_in_view() -> None:
     behind = make_flight(base=np.array([-8.0, 0.0, 0.0]), heading=np.pi, std=STD)
-    stairways = [
-        Stairway(id=index, flights=flights, num_observations=3, first_seen_ns=0, last_seen_ns=1)
-        for index, flights in enumerate([(FLIGHT,), (behind,), (behind, FLIGHT)], start=1)
-    ]
     frame = frame_of([room(), stairs_solid(STAIRS)], FRONT, camera=KINECT_CAMERA)
-    looks = look_at_stairways(stairways, frame, FRONT)
+    looks = look_at_flights([FLIGHT, behind, FLIGHT], frame, FRONT)
     assert [item.is_present for item in looks] == [True, True]
     blind = DepthFrame(stamp_ns=0, depth=np.full_like(frame.depth, np.nan), camera=frame.camera)
-    assert look_at_stairways(stairways, blind, FRONT) == ()
+    assert look_at_flights([FLIGHT], blind, FRONT) == ()

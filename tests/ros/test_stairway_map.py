@@ -16,6 +16,8 @@ from stairmap.detection.observation import Detection
 from stairmap.errors import StairmapError, TrajectoryError
 from stairmap.export.loading import load_stairways
 from stairmap.frame import DepthFrame
+from stairmap.modeling.look_table import MAX_SUPPORT, NUM_VIEWS
+from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import rotation_from_vector, transform_from_parts
 from stairmap_ros.map_file import MapFileError, check_map_file, load_map, save_map
@@ -25,6 +27,7 @@ from stairmap_ros.stairway_map import StairwayMap
 FLIGHT = make_flight()
 POSES = poses_before(FLIGHT, 12)
 PERIOD_NS = 33_000_000
+WIDE_CAMERA = PinholeCamera(width=80, height=60, fx=60.0, fy=60.0, cx=39.5, cy=29.5)
 CAMERA = PinholeCamera(width=8, height=8, fx=8.0, fy=8.0, cx=3.5, cy=3.5)
 
 
@@ -42,6 +45,13 @@ def show(stairway_map: StairwayMap, map_from_camera: Transform, stamp_ns: int) -
 def blank_frame(stairway_map: StairwayMap) -> DepthFrame:
     """The next image of the map, with nothing measured in it."""
     return stairway_map.frame(np.full((8, 8), np.nan, dtype=np.float32), CAMERA)
+
+
+def show_nothing(stairway_map: StairwayMap, map_from_camera: Transform) -> None:
+    """Add an image that sees through where the flight was, to a wall 10 m away."""
+    frame = stairway_map.frame(np.full((60, 80), 10.0, dtype=np.float32), WIDE_CAMERA)
+    nothing = Detection(stamp_ns=frame.stamp_ns, observations=(), rejections=())
+    stairway_map.add(frame, nothing, frame.stamp_ns, map_from_camera)
 
 
 def shown_map(poses: Float64Array = POSES, first_ns: int = 0) -> StairwayMap:
@@ -81,6 +91,79 @@ def test_images_without_stair_edges_do_not_enter_the_map() -> None:
     stairway_map.add(blank_frame(stairway_map), nothing, 0, POSES[0])
     assert len(stairway_map.viewpoints) == 0
     assert stairway_map.stairways() == ()
+
+
+def test_stairs_that_images_miss_are_withdrawn_and_come_back_at_the_same_place() -> None:
+    stairway_map = new_map(views_per_place=NUM_VIEWS)
+    for _ in range(NUM_VIEWS + 5):
+        show(stairway_map, POSES[0], 0)
+    assert len(stairway_map.viewpoints) == NUM_VIEWS
+    assert len(asked(stairway_map)) == 1
+    for _ in range(NUM_VIEWS + 5):
+        show_nothing(stairway_map, POSES[0])
+        asked(stairway_map)
+    # Those that were withdrawn are not looked at any more.
+    assert asked(stairway_map) == ()
+    assert len(stairway_map.viewpoints) == 2 * NUM_VIEWS - MAX_SUPPORT
+    for _ in range(MAX_SUPPORT + 1):
+        show(stairway_map, POSES[0], 0)
+    assert len(asked(stairway_map)) == 1
+
+
+def test_images_that_miss_stairs_from_one_place_do_not_fill_the_memory() -> None:
+    stairway_map = new_map(views_per_place=4)
+    for pose in POSES:
+        show(stairway_map, pose, 0)
+    num_shown = len(stairway_map.viewpoints)
+    for _ in range(50):
+        asked(stairway_map)
+        show_nothing(stairway_map, POSES[3])
+    assert len(stairway_map.viewpoints) == num_shown + 4
+
+
+def test_a_restored_map_knows_what_was_missed(tmp_path: Path) -> None:
+    first = shown_map()
+    asked(first)
+    for pose in POSES:
+        show_nothing(first, pose)
+    assert len(first.viewpoints) == 24
+    save_map(tmp_path / "map.npz", first.snapshot(), map_frame="map")
+    second = new_map()
+    assert load_map(tmp_path / "map.npz", second, map_frame="map") == 24
+    assert len(asked(second)) == 1
+    for pose in POSES[: NUM_VIEWS - MAX_SUPPORT - 12]:
+        show_nothing(second, pose)
+    assert asked(second) == ()
+
+
+def test_a_restored_map_knows_the_places_from_which_stairs_were_missed(tmp_path: Path) -> None:
+    first = shown_map()
+    asked(first)
+    for _ in range(4):
+        show_nothing(first, POSES[3])
+    save_map(tmp_path / "map.npz", first.snapshot(), map_frame="map")
+    second = new_map(views_per_place=4)
+    load_map(tmp_path / "map.npz", second, map_frame="map")
+    asked(second)
+    show_nothing(second, POSES[3])
+    assert len(second.viewpoints) == 16
+    show_nothing(second, POSES[8])
+    assert len(second.viewpoints) == 17
+
+
+def test_a_map_with_an_image_that_shows_nothing_is_refused(tmp_path: Path) -> None:
+    save_map(tmp_path / "map.npz", shown_map().snapshot(), map_frame="map")
+    arrays = dict(np.load(tmp_path / "map.npz"))
+    arrays["map_from_camera"] = np.concatenate([arrays["map_from_camera"], POSES[:1]])
+    np.savez(tmp_path / "map.npz", **arrays)
+    with pytest.raises(MapFileError, match="images that neither show nor miss stairs"):
+        load_map(tmp_path / "map.npz", new_map(), map_frame="map")
+
+
+def asked(stairway_map: StairwayMap) -> tuple[Stairway, ...]:
+    """The stairways, without waiting for the share of time that may go into asking."""
+    stairway_map._next_query = 0.0
+    return stairway_map.stairways()
 
 
 def test_a_map_goes_on_from_its_file(tmp_path: Path) -> None:

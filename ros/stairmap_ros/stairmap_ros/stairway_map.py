@@ -44,8 +44,9 @@ class MapSnapshot:
 class StairwayMap:
     """Holds a session, and lets into it what is of use.
 
-    Every image is looked at; one enters the map when it shows stair edges from a place that was not looked
-    from often enough yet. So the map grows with the building and not with the time.
+    Every image is looked at; one enters the map when it shows stair edges, or misses stairs that are in the
+    map, from a place that was not looked from often enough yet. So the map grows with the building and not
+    with the time.
 
     Parameters
     ----------
@@ -82,9 +83,16 @@ class StairwayMap:
 
     def add(self, frame: DepthFrame, detection: Detection, stamp_ns: int, map_from_camera: Transform) -> None:
         """Let what ``detect`` has just found enter the map, if it is of use."""
-        if detection and self.viewpoints.is_wanted(map_from_camera):
-            self._session.take(frame, detection, map_from_camera)
-            self.viewpoints.add(stamp_ns, map_from_camera)
+        looks = self._session.look(frame, map_from_camera)
+        kinds = {True: bool(detection), False: any(look.is_absent for look in looks)}
+        wanted = [
+            shows_stairs
+            for shows_stairs, is_it in kinds.items()
+            if is_it and self.viewpoints.is_wanted(map_from_camera, shows_stairs=shows_stairs)
+        ]
+        if wanted:
+            self._session.take(frame, detection, map_from_camera, looks)
+            self.viewpoints.add(stamp_ns, map_from_camera, shows_stairs=wanted[0])
             self._mark_changed()
 
     def stairways(self) -> tuple[Stairway, ...]:
@@ -130,14 +138,15 @@ class StairwayMap:
         StairmapError
             If the method cannot go on from it.
         """
-        poses = snapshot.state.map_from_camera
-        if len(snapshot.state.modeler.observations) < len(poses):
-            raise ValueError("it has more images than observations")
+        poses, modeler = snapshot.state.map_from_camera, snapshot.state.modeler
+        shows_stairs = np.isin(snapshot.state.stamps_ns, modeler.observations["stamp_ns"])
+        if not (shows_stairs | np.isin(snapshot.state.stamps_ns, modeler.looks["stamp_ns"])).all():
+            raise ValueError("it has images that neither show nor miss stairs")
         if len(snapshot.stamps_ns) != len(poses):
             raise ValueError(f"{len(snapshot.stamps_ns)} images have {len(poses)} poses")
         self._restorable_session().restore(snapshot.state)
-        for stamp_ns, pose in zip(snapshot.stamps_ns, poses, strict=True):
-            self.viewpoints.add(int(stamp_ns), pose)
+        for stamp_ns, pose, shows in zip(snapshot.stamps_ns, poses, shows_stairs, strict=True):
+            self.viewpoints.add(int(stamp_ns), pose, shows_stairs=bool(shows))
         self._mark_changed()
 
     def _mark_changed(self) -> None:

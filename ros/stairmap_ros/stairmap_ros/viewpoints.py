@@ -27,14 +27,16 @@ class Viewpoints:
     Parameters
     ----------
     per_place
-        How many images from one place are of use.
+        How many images from one place are of use: of those that show stairs, and again of those that miss
+        stairs which are in the map. One of either kind makes room for another of the other kind, so stairs
+        that were taken away and came back are seen again from a place that was looked from often enough.
     """
 
     def __init__(self, *, per_place: int) -> None:
         self._per_place = per_place
         self._stamps_ns = np.zeros(64, dtype=np.int64)
         self._count = 0
-        self._places: Counter[tuple[int, ...]] = Counter()
+        self._places: dict[bool, Counter[tuple[int, ...]]] = {False: Counter(), True: Counter()}
 
     def __len__(self) -> int:
         return self._count
@@ -49,17 +51,20 @@ class Viewpoints:
         """Index stamp of the image that is added next."""
         return (self._count + 1) * INDEX_STEP_NS
 
-    def is_wanted(self, map_from_camera: Transform) -> bool:
-        """Tell whether an image from this (4, 4) pose adds to the map."""
-        return self._places[_place(map_from_camera)] < self._per_place
+    def is_wanted(self, map_from_camera: Transform, *, shows_stairs: bool) -> bool:
+        """Tell whether an image from this (4, 4) pose, which shows or misses stairs, adds to the map."""
+        return self._places[shows_stairs][_place(map_from_camera)] < self._per_place
 
-    def add(self, stamp_ns: int, map_from_camera: Transform) -> None:
+    def add(self, stamp_ns: int, map_from_camera: Transform, *, shows_stairs: bool) -> None:
         """Append an image."""
         if self._count == len(self._stamps_ns):
             self._stamps_ns = np.concatenate([self._stamps_ns, np.zeros_like(self._stamps_ns)])
         self._stamps_ns[self._count] = stamp_ns
         self._count += 1
-        self._places[_place(map_from_camera)] += 1
+        place = _place(map_from_camera)
+        self._places[shows_stairs][place] += 1
+        others = self._places[not shows_stairs]
+        others[place] = max(others[place] - 1, 0)
 
     def real_stamp_ns(self, index_stamp_ns: int) -> int:
         """Return an image's own stamp from its index stamp."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, Mask, Points, Transform, Vector, readonly
 from stairmap.frame import DepthFrame
-from stairmap.stairway import Flight, Stairway
+from stairmap.stairway import Flight
 from stairmap.transforms import invert_transform
 
 MAX_STEPS = 8
@@ -106,21 +106,21 @@ class Look:
         return self.is_telling and self.num_on >= MIN_PRESENT_SHARE * self.num_telling
 
 
-def look_at_stairways(
-    stairways: Sequence[Stairway], frame: DepthFrame, map_from_camera: Transform
+def look_at_flights(
+    flights: Sequence[Flight], frame: DepthFrame, map_from_camera: Transform
 ) -> tuple[Look, ...]:
-    """Return the looks of one frame at stairways that were modelled before it, if they tell anything.
+    """Return the looks of one frame at flights that were modelled before it, if they tell anything.
 
     Parameters
     ----------
-    stairways
+    flights
         As they were known before the frame.
     frame
         The depth image.
     map_from_camera
         (4, 4) pose of the camera.
     """
-    looks = (look_at(flight, frame, map_from_camera) for stairway in stairways for flight in stairway.flights)
+    looks = (look_at(flight, frame, map_from_camera) for flight in flights)
     return tuple(look for look in looks if look is not None and look.is_telling)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -19,7 +20,7 @@ from stairmap.modeling.look_table import LOOK_FIELDS, LookTable
 from stairmap.modeling.looks import Look
 from stairmap.modeling.observation_table import ObservationTable
 from stairmap.modeling.pose_drift import CameraWay, widened_by_drift
-from stairmap.stairway import Stairway
+from stairmap.stairway import Flight, Stairway
 from stairmap.trajectory import Trajectory
 
 
@@ -76,7 +77,8 @@ class StairwayMapper:
         self._memory, self._way = PoseMemory(), CameraWay()
         self._poses_of_observations, self._poses_of_looks = KnownPoses(), KnownPoses()
         self._num_asked, self._num_looked = (0, 0), 0
-        self._answer: tuple[Stairway, ...] = ()
+        self._fitted: tuple[FittedFlight, ...] = ()
+        self._answer: tuple[Stairway, ...] | None = ()
 
     def add(self, observation: StairObservation) -> None:
         """Take in one observation, at a cost that does not depend on how many came before."""
@@ -84,7 +86,7 @@ class StairwayMapper:
             self._table.add(observation)
 
     def add_look(self, look: Look) -> None:
-        """Take in what a frame saw of a stairway that was modelled before it (``look_at_stairways``).
+        """Take in what a frame saw of a stairway that was modelled before it (``look_at_flights``).
 
         A flight that the last looks at it missed is withdrawn (``look_table.is_withdrawn``); it comes back
         when later observations or looks see it again.
@@ -133,9 +135,23 @@ class StairwayMapper:
         trajectory
             Poses of the camera; observations and looks without a pose in it are left out.
         """
+        fitted = self._fit_flights(trajectory)
+        if self._answer is None:
+            self._answer = self._make_stairways(fitted)
+        return self._answer
+
+    def flights(self, trajectory: Trajectory) -> tuple[Flight, ...]:
+        """Return the flights of the confirmed stairways, for looks at them.
+
+        Unlike ``stairways`` it gives out no ids: how often it is asked changes no answer.
+        """
+        return tuple(item.flight for item in self._fit_flights(trajectory))
+
+    def _fit_flights(self, trajectory: Trajectory) -> tuple[FittedFlight, ...]:
+        """The confirmed flights as a trajectory places them."""
         num_asked = (len(self._table), len(self._looks))
         if num_asked == self._num_asked and self._memory.has_same(trajectory):
-            return self._answer
+            return self._fitted
         goes_on = self._memory.goes_on(trajectory)
         stamps, look_stamps = self._table.observations["stamp_ns"], self._looks.records["stamp_ns"]
         change = self._poses_of_observations.renew(stamps, trajectory, memory=self._memory, goes_on=goes_on)
@@ -149,8 +165,8 @@ class StairwayMapper:
         self._look_again(groups, look_change)
         self._widen(groups, trajectory, goes_on=goes_on)
         fitted = [item.widened for item in groups if item.widened is not None and not item.is_withdrawn]
-        self._answer = self._make_stairways(without_duplicates(fitted))
-        return self._answer
+        self._fitted, self._answer = tuple(without_duplicates(fitted)), None
+        return self._fitted
 
     def _look_again(self, groups: list[GroupFit], change: PoseChange) -> None:
         """Compare the looks with the flights, as far as either is new."""
@@ -195,7 +211,7 @@ class StairwayMapper:
                 )
                 item.widened = replace(item.fitted, flight=flight)
 
-    def _make_stairways(self, fitted: list[FittedFlight]) -> tuple[Stairway, ...]:
+    def _make_stairways(self, fitted: Sequence[FittedFlight]) -> tuple[Stairway, ...]:
         """Join flights, give each stairway its id."""
         stamps = self._table.observations["stamp_ns"]
         previous = np.zeros(len(self._table), dtype=np.int64)
