@@ -15,6 +15,7 @@ from stairmap.detection.fit import FittedProfile, Rays, fit_profile, gather_rays
 from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.detection.judgement import Case, common_extent, find_rejections
 from stairmap.detection.lattice import Lattice
+from stairmap.detection.nosing_search import Corners
 from stairmap.detection.observation import Rejection, StairEdge, StairObservation
 from stairmap.detection.profile import MIN_FORWARD, USUAL_THICKNESS, Optics, StairProfile
 from stairmap.geometry import cross
@@ -47,6 +48,8 @@ class Scene:
         Inverse depth.
     elevation
         Its scans along the heading.
+    corners
+        The convex corners in them.
     noise
         Standard deviation of inverse distance of a ray of a strip, 1/m.
     smoothings
@@ -61,6 +64,7 @@ class Scene:
 
     image: InverseDepthImage
     elevation: Elevation
+    corners: Corners
     noise: float
     smoothings: tuple[float, ...]
     up_std: float
@@ -88,9 +92,9 @@ class Candidate:
         Number of its steps, and in the fraction how many rays support it.
     scene, lattice
         Where it was found.
-    fitted, evidence
-        The profile of the steps that were seen and what the rays say of them; ``None`` when none could be
-        fitted.
+    case, extents
+        The profile of the steps that were seen, what the rays say of them, and how far they reach aside;
+        ``None`` when none could be fitted.
     """
 
     observation: StairObservation | None
@@ -98,8 +102,8 @@ class Candidate:
     score: float
     scene: Scene
     lattice: Lattice
-    fitted: FittedProfile | None
-    evidence: Evidence | None
+    case: Case | None = None
+    extents: StepExtents | None = None
 
 
 def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
@@ -126,7 +130,7 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
         rejection = Rejection(rule="min_steps", measured=len(lattice.indices), limit=limit, unit="1")
         return Candidate(
             observation=None, rejections=(rejection,), score=0.5 * len(lattice.indices), scene=scene,
-            lattice=lattice, fitted=None, evidence=None,
+            lattice=lattice,
         )  # fmt: skip
     fitted, evidence = seen
     columns = strip_columns(len(scene.elevation.grid.bearing), lattice.strips, margin=1)
@@ -147,8 +151,8 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
         score=float(np.count_nonzero(evidence.is_seen)) + float(evidence.on.sum()) / len(rays.slope),
         scene=scene,
         lattice=lattice,
-        fitted=fitted,
-        evidence=evidence,
+        case=case,
+        extents=extents,
     )
 
 

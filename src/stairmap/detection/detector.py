@@ -93,44 +93,44 @@ class StairEdgeDetector:
         Observations, best first, or the rules that rejected what looked most like one.
         """
         image = inverse_depth_from_frame(frame, max_depth=self._config.detection.max_depth)
-        candidates, rejections = self._find_candidates(image, frame)
+        candidates, rejections, scenes = self._find_candidates(image, frame)
         accepted = [candidate for candidate in candidates if candidate.observation is not None]
         observations = _without_duplicates(accepted, image)
         if observations:
             rejections = ()
-        picture = trace_detection(frame, image, candidates, observations) if trace else None
+        picture = trace_detection(frame, image, scenes, candidates, observations) if trace else None
         return Detection(
             stamp_ns=frame.stamp_ns, observations=observations, rejections=rejections, trace=picture
         )
 
     def _find_candidates(
         self, image: InverseDepthImage, frame: DepthFrame
-    ) -> tuple[list[Candidate], tuple[Rejection, ...]]:
-        """Return the candidates, and why there is none that was accepted."""
+    ) -> tuple[list[Candidate], tuple[Rejection, ...], list[Scene]]:
+        """Return the candidates, why there is none that was accepted, and what was looked along."""
         share = np.count_nonzero(image.valid) / image.valid.size
         if share < MIN_VALID_SHARE:
-            return [], (Rejection(rule="valid_pixels", measured=share, limit=MIN_VALID_SHARE, unit="1"),)
+            return [], (Rejection(rule="valid_pixels", measured=share, limit=MIN_VALID_SHARE, unit="1"),), []
         surfaces = fit_surface_normals(image)
         up = estimate_up(surfaces) if frame.up is None else frame.up
         if up is None:
-            return [], (Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1"),)
+            return [], (Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1"),), []
         limit = np.radians(self._config.detection.max_up_correction_deg)
         std = GIVEN_UP_STD if frame.up is None or frame.up_std is None else frame.up_std
         corrected = correct_up(surfaces, up, max_correction=limit, std=std)
-        candidates, rejections = self._look_around(image, surfaces, corrected, frame.stamp_ns)
+        candidates, rejections, scenes = self._look_around(image, surfaces, corrected, frame.stamp_ns)
         if _any_accepted(candidates) or frame.up is None:
-            return candidates, rejections
+            return candidates, rejections, scenes
         error = find_up_error(surfaces, frame.up, max_correction=limit)
         if error is not None:
             off = float(np.degrees(error))
             wrong = Rejection(rule="max_up_error", measured=off, limit=float(np.degrees(limit)), unit="deg")
             rejections = (wrong, *rejections)
-        return candidates, rejections
+        return candidates, rejections, scenes
 
     def _look_around(
         self, image: InverseDepthImage, surfaces: SurfaceNormals, corrected: CorrectedUp, stamp_ns: int
-    ) -> tuple[list[Candidate], tuple[Rejection, ...]]:
-        """Look along all headings; return the candidates, and why there is none that was accepted.
+    ) -> tuple[list[Candidate], tuple[Rejection, ...], list[Scene]]:
+        """Look along all headings; for what is returned see ``_find_candidates``.
 
         Upright surfaces tell most headings; where they lead to nothing, level edges do, as with stairs that
         descend and show no risers.
@@ -145,11 +145,11 @@ class StairEdgeDetector:
             for angle in look.headings_of_edges([heading.angle for heading in headings]):
                 candidates += look.along(angle)
         if not look.has_scans:
-            return candidates, (Rejection(rule="headings", measured=0, limit=1, unit="1"),)
+            return candidates, (Rejection(rule="headings", measured=0, limit=1, unit="1"),), look.scenes
         if not candidates:
             limit = self._config.detection.min_steps
-            return candidates, (Rejection(rule="min_steps", measured=0, limit=limit, unit="1"),)
-        return candidates, max(candidates, key=lambda candidate: candidate.score).rejections
+            return candidates, (Rejection(rule="min_steps", measured=0, limit=limit, unit="1"),), look.scenes
+        return candidates, max(candidates, key=lambda candidate: candidate.score).rejections, look.scenes
 
 
 class _Look:
@@ -167,6 +167,7 @@ class _Look:
         self._noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
         self._smoothings = estimate_smoothings(image)
         self.has_scans = False
+        self.scenes: list[Scene] = []
 
     def along(self, angle: float) -> list[Candidate]:
         """Examine what repeats like stairs along a heading, turned square to the edges seen there."""
@@ -179,9 +180,11 @@ class _Look:
         elevation, corners, ground_slope = scans
         groups = group_corners(corners, num_strips=len(elevation.bearing), noise=self._noise)
         scene = Scene(
-            image=self._image, elevation=elevation, noise=self._noise, smoothings=self._smoothings,
-            up_std=self._corrected.std, ground_slope=ground_slope, stamp_ns=self._stamp_ns,
+            image=self._image, elevation=elevation, corners=corners, noise=self._noise,
+            smoothings=self._smoothings, up_std=self._corrected.std, ground_slope=ground_slope,
+            stamp_ns=self._stamp_ns,
         )  # fmt: skip
+        self.scenes.append(scene)
         lattices = find_lattices(groups, self._config.envelope, noise=self._noise, max_lattices=MAX_LATTICES)
         return [examine(scene, lattice, self._config) for lattice in lattices]
 

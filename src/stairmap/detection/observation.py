@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
 from stairmap.arrays import Float64Array, Mask, Points, Vector, readonly
+
+if TYPE_CHECKING:
+    from stairmap.detection.tracing import StepsTrace
 
 View: TypeAlias = Literal["ascending", "descending"]
 """How a view sees a stairway: from below or from above. Never a property of the stairway."""
@@ -124,7 +127,7 @@ class StairObservation:
         return float(np.arctan2(self.rise, self.run))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the observation as it stands in ``detections.jsonl`` (ARCHITECTURE.md section 6)."""
+        """Return the observation as it stands in ``detections.jsonl``."""
         return {
             "view": self.view,
             "rise": round(self.rise, 5),
@@ -167,7 +170,7 @@ class Rejection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DetectionTrace:
-    """What a detector saw on the way, for pictures; all in pixels of the frame.
+    """What a detector saw on the way, for pictures; masks and lines are in pixels of the frame.
 
     Attributes
     ----------
@@ -177,6 +180,8 @@ class DetectionTrace:
         (N, 4) segments (u0, v0, u1, v1).
     tread_pixels, riser_pixels
         (height, width) masks of the surfaces; all false for a method that has none.
+    steps
+        The default method's own steps; ``None`` for another method, or where no heading was looked along.
     """
 
     edge_pixels: Mask
@@ -184,6 +189,7 @@ class DetectionTrace:
     accepted_lines: Float64Array
     tread_pixels: Mask
     riser_pixels: Mask
+    steps: StepsTrace | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -199,7 +205,7 @@ class Detection:
         return bool(self.observations)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the line of ``detections.jsonl`` for this frame (ARCHITECTURE.md section 6)."""
+        """Return the line of ``detections.jsonl`` for this frame."""
         return {
             "stamp_ns": self.stamp_ns,
             "detected": bool(self),

@@ -3,34 +3,78 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from stairmap.arrays import Float64Array, Mask
 from stairmap.camera import PinholeCamera
-from stairmap.detection.candidate import Candidate
+from stairmap.detection.candidate import Candidate, Scene
+from stairmap.detection.elevation import Elevation
 from stairmap.detection.evidence import tolerances
+from stairmap.detection.extents import StepExtents
 from stairmap.detection.inverse_depth import InverseDepthImage
-from stairmap.detection.observation import DetectionTrace, StairObservation
+from stairmap.detection.judgement import Case
+from stairmap.detection.lattice import Lattice
+from stairmap.detection.nosing_search import Corners
+from stairmap.detection.observation import DetectionTrace, Rejection, StairObservation
 from stairmap.detection.profile import Surface
 from stairmap.frame import DepthFrame
 from stairmap.geometry import cross
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepsTrace:
+    """The default method's own steps along one heading: what was found, fitted, counted and judged.
+
+    Attributes
+    ----------
+    elevation
+        The scans along the heading.
+    corners
+        The convex corners found in them.
+    lattice
+        The nosings that repeat; ``None`` where none do, and then nothing of what follows is there.
+    case
+        The fitted profile, its evidence, and the rays; ``None`` where no profile could be fitted.
+    extents
+        How far each step reaches to either side.
+    rejections
+        The rules against it.
+    """
+
+    elevation: Elevation
+    corners: Corners
+    lattice: Lattice | None = None
+    case: Case | None = None
+    extents: StepExtents | None = None
+    rejections: tuple[Rejection, ...] = ()
+
+
 def trace_detection(
     frame: DepthFrame,
     image: InverseDepthImage,
+    scenes: Sequence[Scene],
     candidates: Sequence[Candidate],
     observations: Sequence[StairObservation],
 ) -> DetectionTrace:
-    """Return the treads, risers, candidate nosings and accepted nosings of a detection.
+    """Return what a detector did with a frame, for pictures.
 
-    Surfaces are those of the best candidate. Its edge pixels are where treads and risers meet.
+    Surfaces and steps are those of the best candidate. Its edge pixels are where treads and risers meet.
+
+    Parameters
+    ----------
+    frame, image
+        The frame and its inverse depth.
+    scenes
+        The headings that were looked along.
+    candidates, observations
+        What was found along them, and what was accepted of it.
     """
     shape = frame.depth.shape
     treads, risers = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
-    fitted = [candidate for candidate in candidates if candidate.fitted is not None]
+    fitted = [candidate for candidate in candidates if candidate.case is not None]
     lines = [_candidate_lines(frame.camera, candidate) for candidate in fitted]
     if fitted:
         _paint(treads, risers, image, max(fitted, key=lambda candidate: candidate.score))
@@ -46,13 +90,31 @@ def trace_detection(
         accepted_lines=np.array(accepted).reshape(-1, 4),
         tread_pixels=treads,
         riser_pixels=risers,
+        steps=_trace_steps(scenes, candidates),
     )
+
+
+def _trace_steps(scenes: Sequence[Scene], candidates: Sequence[Candidate]) -> StepsTrace | None:
+    """The steps of the best candidate, an accepted one if there is any; else the first heading's corners."""
+    if candidates:
+        best = max(candidates, key=lambda candidate: (candidate.observation is not None, candidate.score))
+        return StepsTrace(
+            elevation=best.scene.elevation,
+            corners=best.scene.corners,
+            lattice=best.lattice,
+            case=best.case,
+            extents=best.extents,
+            rejections=best.rejections,
+        )
+    if not scenes:
+        return None
+    return StepsTrace(elevation=scenes[0].elevation, corners=scenes[0].corners)
 
 
 def _candidate_lines(camera: PinholeCamera, candidate: Candidate) -> Float64Array:
     """The nosings of a candidate's profile over the strips that found it, in pixels."""
-    fitted, elevation = candidate.fitted, candidate.scene.elevation
-    assert fitted is not None
+    assert candidate.case is not None
+    fitted, elevation = candidate.case.fitted, candidate.scene.elevation
     up, forward = fitted.axes(elevation)
     left = cross(up, forward)
     bearings = elevation.bearing[candidate.lattice.strips]
@@ -64,8 +126,8 @@ def _candidate_lines(camera: PinholeCamera, candidate: Candidate) -> Float64Arra
 
 def _paint(treads: Mask, risers: Mask, image: InverseDepthImage, candidate: Candidate) -> None:
     """Mark the pixels that lie on a candidate's surfaces in masks of the frame's size."""
-    fitted, elevation = candidate.fitted, candidate.scene.elevation
-    assert fitted is not None
+    assert candidate.case is not None
+    fitted, elevation = candidate.case.fitted, candidate.scene.elevation
     up, forward = fitted.axes(elevation)
     rays = image.camera.rays()
     ahead = rays @ forward
