@@ -29,7 +29,8 @@ from stairmap.pipeline import make_detector
 from stairmap.recordings.bags.recording import BagRecording
 from stairmap.recordings.base import Recording
 from stairmap.recordings.frame_iterators import numbered_frames
-from stairmap.visualization.overlay import describe_detection, draw_trace, png_from_image
+from stairmap.visualization.detection_steps import trace_png
+from stairmap.visualization.overlay import describe_detection
 
 
 def inspect_recording(request: InspectRequest) -> int:
@@ -162,7 +163,7 @@ def _inspect_frame(recording: Recording, request: InspectRequest, number: int) -
             typer.echo(line)
     if request.output is not None:
         try:
-            request.output.write_bytes(png_from_image(draw_trace(frame, detection)))
+            request.output.write_bytes(trace_png(frame, detection))
         except OSError as error:
             raise OutputError(f"cannot write the picture {request.output}: {error.strerror}") from error
         if not request.as_json:

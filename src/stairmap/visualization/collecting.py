@@ -13,7 +13,8 @@ from stairmap.detection.observation import Detection, Rejection
 from stairmap.frame import DepthFrame
 from stairmap.transforms import transform_points
 from stairmap.visualization.convergence import ConvergenceRecorder
-from stairmap.visualization.overlay import draw_detection, draw_trace, png_from_image
+from stairmap.visualization.detection_steps import trace_png
+from stairmap.visualization.overlay import draw_detection, png_from_image
 
 T = TypeVar("T")
 
@@ -202,11 +203,10 @@ def _example(kept: _KeptFrame, detect: Callable[..., Detection] | None) -> Examp
     detection = kept.detection
     if detection.trace is None and detect is not None:
         detection = detect(kept.frame, trace=True)
-    trace_png = None if detection.trace is None else png_from_image(draw_trace(kept.frame, detection))
     return ExampleFrame(
         frame_index=kept.frame_index,
         stamp_ns=kept.frame.stamp_ns,
         detected=bool(detection),
         overlay_png=png_from_image(draw_detection(kept.frame, detection)),
-        trace_png=trace_png,
+        trace_png=None if detection.trace is None else trace_png(kept.frame, detection),
     )

@@ -14,8 +14,8 @@ from stairmap.detection.observation import Detection, DetectionTrace
 from stairmap.detection.tracing import StepsTrace
 from stairmap.frame import DepthFrame
 from stairmap.visualization.dimensions import BLUE, INK, ORANGE
-from stairmap.visualization.overlay import depth_range, describe_detection
-from stairmap.visualization.plots import make_figure
+from stairmap.visualization.overlay import depth_range, describe_detection, draw_trace, png_from_image
+from stairmap.visualization.plots import make_figure, png_from_figure
 from stairmap.visualization.profile_panels import (
     draw_evidence,
     draw_extents,
@@ -34,6 +34,24 @@ else:
     Figure: TypeAlias = Any
     SubFigure: TypeAlias = Any
 
+DOTS_PER_INCH = 100
+"""Of the picture: 1,700 pixels wide."""
+
+
+def trace_png(frame: DepthFrame, detection: Detection) -> bytes:
+    """Return a PNG of how a detector came to its result, whichever the method.
+
+    Raises
+    ------
+    ValueError
+        If the detection was made without ``trace=True``.
+    MissingPackageError
+        If matplotlib is not installed and the default method made the detection.
+    """
+    if detection.trace is None or detection.trace.steps is None:
+        return png_from_image(draw_trace(frame, detection))
+    return png_from_figure(draw_steps(frame, detection), dots_per_inch=DOTS_PER_INCH)
+
 
 def draw_steps(frame: DepthFrame, detection: Detection) -> Figure:
     """Draw how the default method came to its result in a frame.
@@ -41,7 +59,7 @@ def draw_steps(frame: DepthFrame, detection: Detection) -> Figure:
     Raises
     ------
     ValueError
-        If the detection was made without ``trace=True``.
+        If the detection has no trace of the default method's steps.
     MissingPackageError
         If matplotlib is not installed.
     """
@@ -51,12 +69,11 @@ def draw_steps(frame: DepthFrame, detection: Detection) -> Figure:
     figure = make_figure(width=17, height=9.6)
     figure.suptitle("\n".join(_title(detection)), fontsize=12, color=INK)
     steps = trace.steps
+    if steps is None:
+        raise ValueError("this detection has no steps of the default method")
     columns = figure.subfigures(1, 3, width_ratios=[1.0, 1.15, 1.0])
     frame_axes, scan_axes = columns[0].subplots(2, 1, height_ratios=[1.15, 1.0])
     _draw_frame(frame_axes, frame, detection, trace)
-    if steps is None:
-        scan_axes.set_axis_off()
-        return figure
     shown = draw_scans(scan_axes, steps)
     columns[0].colorbar(shown, ax=scan_axes, label="inverse forward distance Q = 1/s, 1/m")
     scan_axes.set_title("scans along the heading, and corners found", fontsize=10)
@@ -75,10 +92,10 @@ def _title(detection: Detection) -> list[str]:
         return lines
     fitted = steps.case.fitted
     profile, optics = fitted.profile, fitted.optics
-    angles = np.degrees([fitted.tilt, fitted.roll, fitted.turn])
+    angles = np.degrees([fitted.tilt, fitted.roll, fitted.turn]).round(1) + 0.0
     fit = (
         f"fit: {'open' if profile.is_open else 'closed'} risers, "
-        f"overhang {profile.overhang * 1e3:.0f} ± {fitted.overhang_std * 1e3:.0f} mm; "
+        f"overhang {max(profile.overhang, 0.0) * 1e3:.0f} ± {fitted.overhang_std * 1e3:.0f} mm; "
         f"up corrected by {angles[0]:+.1f}° (tilt), {angles[1]:+.1f}° (roll), heading by {angles[2]:+.1f}°; "
         f"edges shifted by {optics.shift:.1f}, blended over {optics.smoothing:.1f} rows; "
         f"noise {fitted.noise * 1e3:.1f}e-3/m"

@@ -1,7 +1,7 @@
 """Pictures of single frames, drawn with OpenCV alone: quick enough to make one for every frame.
 
 ``draw_detection`` shows the depth image with the nosings and measures that were found, or the
-reasons why nothing was; ``draw_trace`` shows how the detector came to it, as the report's figure 4.
+reasons why nothing was; ``draw_trace`` shows how the report's method came to it, as its figure 4.
 All pictures are (height, width, 3) uint8, blue-green-red. Their colours survive colour blindness:
 depth runs from violet (near) to yellow (far) with invalid pixels black.
 """
@@ -25,8 +25,6 @@ Color: TypeAlias = tuple[int, int, int]
 
 # Okabe and Ito's colours, blue-green-red, those that stand out on viridis when cased in black.
 OBSERVATION_COLORS: tuple[Color, ...] = ((255, 255, 255), (0, 94, 213), (167, 121, 204), (0, 159, 230))
-_TREAD_COLOR: Color = (233, 180, 86)
-_RISER_COLOR: Color = (0, 94, 213)
 _LINE_COLOR: Color = (0, 94, 213)
 
 _MAX_PIXEL = 30_000
@@ -97,8 +95,7 @@ def draw_detection(frame: DepthFrame, detection: Detection) -> Image:
 def draw_trace(frame: DepthFrame, detection: Detection) -> Image:
     """Draw how a detector came to its result: depth, edge pixels, candidate and accepted lines.
 
-    Where the method finds surfaces, treads and risers are tinted in a fifth panel, and a sixth shows
-    the nosings of the result.
+    For the default method's own steps see ``detection_steps``.
 
     Raises
     ------
@@ -121,15 +118,7 @@ def draw_trace(frame: DepthFrame, detection: Detection) -> Image:
         with_title(candidates, f"candidate lines: {len(trace.candidate_lines)}"),
         with_title(accepted, f"accepted lines: {len(trace.accepted_lines)}"),
     ]
-    if trace.tread_pixels.any() or trace.riser_pixels.any():
-        surfaces = faint.copy()
-        surfaces[_resized(trace.tread_pixels, camera)] = _TREAD_COLOR
-        surfaces[_resized(trace.riser_pixels, camera)] = _RISER_COLOR
-        result = depth.copy()
-        _draw_observations(result, camera, detection.observations)
-        panels.insert(2, with_title(surfaces, "treads (blue), risers (orange)"))
-        panels.append(with_title(result, "nosings"))
-    grid = place_in_grid(panels, num_columns=4 if len(panels) == 4 else 3)
+    grid = place_in_grid(panels, num_columns=len(panels))
     return add_text_strip(grid, describe_detection(detection))
 
 

@@ -46,10 +46,12 @@ class SortedRays:
         What was predicted, 1/m.
     residual, tolerance
         How much farther along its surface's normal each ray ended than predicted, and how far it may, m.
-    is_plain
-        Whether the ray tells of a surface: not where an edge's place within a row decides what it sees.
     is_on, is_nearer, is_farther
-        What the ray met.
+        What the rays that tell of a surface met.
+    is_edge
+        Rays that tell of none: the place of an edge within a row decides what they see.
+    is_behind
+        Rays past an edge, of whose surroundings nothing is known but that they lie farther.
     """
 
     slope: Float64Array
@@ -57,10 +59,11 @@ class SortedRays:
     expected: Float64Array
     residual: Float64Array
     tolerance: Float64Array
-    is_plain: Mask
     is_on: Mask
     is_nearer: Mask
     is_farther: Mask
+    is_edge: Mask
+    is_behind: Mask
 
     @property
     def classes(self) -> tuple[tuple[Mask, str, str, str], ...]:
@@ -69,6 +72,8 @@ class SortedRays:
             (self.is_on, BLUE, ".", "on the profile"),
             (self.is_nearer, NEARER_COLOR, "^", "nearer: hidden"),
             (self.is_farther, FARTHER_COLOR, "v", "farther: seen through"),
+            (self.is_edge, GREY, "+", "at an edge"),
+            (self.is_behind, GREY, "_", "behind the last edge"),
         )
 
 
@@ -87,18 +92,21 @@ def sort_rays(case: Case) -> SortedRays:
         slope, q, entry, expected = slope[inside], q[inside], entry[inside], expected[inside]
     limit = tolerances(predicted, fitted.profile, fitted.noise)
     sensitivity = np.maximum(predicted.sensitivity, 1e-9)
-    off = q - expected
-    tolerance = limit[entry]
+    off, tolerance, is_measured = q - expected, limit[entry], q > 0
+    is_behind = is_measured & (q < predicted.farthest[entry])
+    is_edge = is_measured & ~is_behind & (predicted.edge_spread >= limit)[entry]
+    tells = is_measured & ~is_edge & ~is_behind
     return SortedRays(
         slope=slope,
         inverse_distance=q,
         expected=expected,
         residual=-off / sensitivity[entry],
         tolerance=tolerance / sensitivity[entry],
-        is_plain=(predicted.edge_spread < limit)[entry],
-        is_on=(q > 0) & (np.abs(off) < tolerance),
-        is_nearer=(q > 0) & (off >= tolerance),
-        is_farther=(q > 0) & (off <= -tolerance),
+        is_on=tells & (np.abs(off) < tolerance),
+        is_nearer=tells & (off >= tolerance),
+        is_farther=tells & (off <= -tolerance),
+        is_edge=is_edge,
+        is_behind=is_behind,
     )
 
 
@@ -155,9 +163,9 @@ def draw_section(axes: Axes, case: Case, rays: SortedRays) -> None:
     profile = case.fitted.profile
     points = _surface(profile)
     extent = np.concatenate(points)
-    # Room for the measures, which stand below and beside the first step.
-    room = np.array([abs(profile.run) + profile.rise, profile.rise])
-    low, high = extent.min(axis=0) - room, extent.max(axis=0) + [0.5 * room[0], room[1]]
+    # Room for the measures.
+    room = np.array([0.2 * abs(profile.run), 0.6 * profile.rise])
+    low, high = extent.min(axis=0) - room, extent.max(axis=0) + [1.4 * abs(profile.run), room[1]]
     for chosen, color, marker, _ in rays.classes:
         s = 1.0 / rays.inverse_distance[chosen]
         met = np.stack([s, rays.slope[chosen] * s], axis=1)
@@ -182,22 +190,26 @@ def draw_section(axes: Axes, case: Case, rays: SortedRays) -> None:
 
 
 def _draw_measures(axes: Axes, fitted: FittedProfile) -> None:
+    """Rise and run with their deviations, where the section leaves room for them."""
     profile = fitted.profile
     rise_std, run_std = 1e3 * np.sqrt(np.diag(fitted.covariance))[:2]
-    s, z = profile.nosing_distances, profile.tread_heights[1:]
-    floor = float(profile.tread_heights[0])
-    down = floor - 0.35 * profile.rise
-    first, second = sorted((float(s[0]), float(s[min(1, len(s) - 1)])))
+    s, z, rise = profile.nosing_distances, profile.tread_heights[1:], profile.rise
+    if profile.run > 0:
+        pair, place, highest = s[:2], float(z[0]) - 1.35 * rise, len(s) - 1
+        extended = float(z[0]) - rise
+    else:
+        pair, place, highest = s[-2:], float(z[-1]) + 0.6 * rise, 0
+        extended = float(z[-1])
+    near, far = float(pair.min()), float(pair.max())
     draw_dimension(
-        axes, (first, down), (second, down), f"run {abs(profile.run) * 1e3:.1f} ± {run_std:.1f} mm",
-        extend_from=((first, floor), (second, floor)), text_side="right",
+        axes, (near, place), (far, place), f"run {abs(profile.run) * 1e3:.1f} ± {run_std:.1f} mm",
+        extend_from=((near, extended), (far, extended)), text_side="right",
     )  # fmt: skip
-    beside = float(s[0]) - 0.45 * profile.run
-    low, high = float(z[0]) - profile.rise, float(z[0])
+    top = float(z[highest])
+    riser, beside = float(s[highest]), float(s[highest]) + 0.5 * abs(profile.run)
     draw_dimension(
-        axes, (beside, low), (beside, high), f"rise {profile.rise * 1e3:.1f} ± {rise_std:.1f} mm",
-        extend_from=((float(s[0]), low), (float(s[0]), high)),
-        text_side="left" if profile.run > 0 else "right",
+        axes, (beside, top - rise), (beside, top), f"rise {rise * 1e3:.1f} ± {rise_std:.1f} mm",
+        extend_from=((riser, top - rise), (riser, top)), text_side="right",
     )  # fmt: skip
 
 
@@ -207,6 +219,8 @@ def draw_prediction(axes: Axes, case: Case, rays: SortedRays) -> None:
     predicted = case.fitted.predict(np.array([low, high]))
     for chosen, color, marker, name in rays.classes:
         count = np.count_nonzero(chosen)
+        if not count:
+            continue
         axes.plot(
             rays.slope[chosen], rays.inverse_distance[chosen], marker, color=color, markersize=3,
             rasterized=True, linestyle="", label=f"{name} ({count})",
@@ -230,7 +244,7 @@ def draw_residuals(axes: Axes, case: Case, rays: SortedRays) -> None:
     slope, tolerance = rays.slope[order], 1e3 * rays.tolerance[order]
     limit = 1e3 * MAX_RESIDUAL
     axes.fill_between(slope, -tolerance, tolerance, color=BLUE, alpha=0.12, linewidth=0)
-    for chosen, color, marker, _ in rays.classes:
+    for chosen, color, marker, _ in rays.classes[:-1]:
         values = np.clip(1e3 * rays.residual[chosen], -limit, limit)
         axes.plot(
             rays.slope[chosen], values, marker, color=color, markersize=3, rasterized=True, linestyle=""
@@ -239,11 +253,10 @@ def draw_residuals(axes: Axes, case: Case, rays: SortedRays) -> None:
     axes.set(xlim=_shown_slopes(case, rays), ylim=(-1.1 * limit, 1.1 * limit))
     axes.set_xlabel("slope of the ray τ = z/s (dotted: fitted nosings; band: counts as on)")
     axes.set_ylabel("measured − predicted,\nalong the surface's\nnormal, mm")
-    told = rays.is_on & rays.is_plain
-    if told.any():
-        rms = 1e3 * float(np.sqrt(np.mean(rays.residual[told] ** 2)))
+    if rays.is_on.any():
+        rms = 1e3 * float(np.sqrt(np.mean(rays.residual[rays.is_on] ** 2)))
         axes.annotate(
-            f"rms of rays on surfaces {rms:.1f} mm", (0.01, 0.06), xycoords="axes fraction", fontsize=8,
+            f"rms of the rays on the profile {rms:.1f} mm", (0.01, 0.06), xycoords="axes fraction", fontsize=8,
             color=INK,
         )  # fmt: skip
     _number_nosings(axes, case.fitted.profile, has_numbers=False)
@@ -298,7 +311,7 @@ def draw_evidence(axes: Axes, evidence: Evidence, *, is_ascending: bool) -> None
             fontsize=8, color=INK, fontweight="normal" if verdict == "seen" else "bold",
         )  # fmt: skip
     axes.set_yticks(place, labels=[str(k + 1) for k in place])
-    axes.set(xlim=(0, 1), ylim=(-0.6, num - 0.4 + 0.35 * max(num / 4, 1)))
+    axes.set(xlim=(0, 1), ylim=(-0.6, 1.3 * num - 0.6))
     what = "riser and front" if is_ascending else "tread"
     axes.set_xlabel(f"share of the rays towards each step's {what}")
     axes.set_ylabel("step, from the lowest")
