@@ -13,7 +13,7 @@ import numpy as np
 from stairmap.arrays import Float64Array
 from stairmap.config import Config
 from stairmap.detection.candidate import Candidate, Scene, examine
-from stairmap.detection.elevation import Elevation, make_elevation
+from stairmap.detection.elevation import make_elevation
 from stairmap.detection.fit import MIN_NOISE
 from stairmap.detection.inverse_depth import (
     InverseDepthImage,
@@ -23,7 +23,7 @@ from stairmap.detection.inverse_depth import (
     inverse_depth_from_frame,
 )
 from stairmap.detection.lattice import find_lattices, group_corners
-from stairmap.detection.nosing_search import Corners, find_corners, find_turns
+from stairmap.detection.nosing_search import find_corners, find_turns
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.detection.orientation import (
     GIVEN_UP_STD,
@@ -144,7 +144,7 @@ class StairEdgeDetector:
         if not _any_accepted(candidates):
             for angle in look.headings_of_edges([heading.angle for heading in headings]):
                 candidates += look.along(angle)
-        if not look.has_scans:
+        if not look.scenes:
             return candidates, (Rejection(rule="headings", measured=0, limit=1, unit="1"),), look.scenes
         if not candidates:
             limit = self._config.detection.min_steps
@@ -166,38 +166,30 @@ class _Look:
         self._image, self._corrected, self._stamp_ns, self._config = image, corrected, stamp_ns, config
         self._noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
         self._smoothings = estimate_smoothings(image)
-        self.has_scans = False
         self.scenes: list[Scene] = []
 
     def along(self, angle: float) -> list[Candidate]:
         """Examine what repeats like stairs along a heading, turned square to the edges seen there."""
-        scans = self._scan(angle)
-        if scans is None:
+        scene = self._scan(angle)
+        if scene is None:
             return []
-        turns = find_turns(*scans[:2], max_turns=1)
+        turns = find_turns(scene.elevation, scene.corners, max_turns=1)
         if turns and MIN_TURN < abs(turns[0]) < MAX_TURN:
-            scans = self._scan(angle + turns[0]) or scans
-        elevation, corners, ground_slope = scans
-        groups = group_corners(corners, num_strips=len(elevation.bearing), noise=self._noise)
-        scene = Scene(
-            image=self._image, elevation=elevation, corners=corners, noise=self._noise,
-            smoothings=self._smoothings, up_std=self._corrected.std, ground_slope=ground_slope,
-            stamp_ns=self._stamp_ns,
-        )  # fmt: skip
-        self.scenes.append(scene)
+            scene = self._scan(angle + turns[0]) or scene
+        groups = group_corners(scene.corners, num_strips=len(scene.elevation.bearing), noise=self._noise)
         lattices = find_lattices(groups, self._config.envelope, noise=self._noise, max_lattices=MAX_LATTICES)
         return [examine(scene, lattice, self._config) for lattice in lattices]
 
     def headings_of_edges(self, known: Sequence[float]) -> list[float]:
         """Headings square to level edges that are in view, without those that are known."""
-        scans = self._scan(0.0)
-        if scans is None:
+        scene = self._scan(0.0)
+        if scene is None:
             return []
-        turns = find_turns(*scans[:2], max_turns=MAX_EDGE_HEADINGS + len(known))
+        turns = find_turns(scene.elevation, scene.corners, max_turns=MAX_EDGE_HEADINGS + len(known))
         return [turn for turn in turns if all(abs(turn - other) > SAME_HEADING for other in known)]
 
-    def _scan(self, angle: float) -> tuple[Elevation, Corners, float] | None:
-        """The elevation along a heading, its corners, and how much the ground climbs along it."""
+    def _scan(self, angle: float) -> Scene | None:
+        """The frame along a heading; ``None`` where it does not look there."""
         ground = self._corrected.ground
         ahead, left = level_axes(self._corrected.up)
         forward = np.cos(angle) * ahead + np.sin(angle) * left
@@ -207,8 +199,13 @@ class _Look:
         elevation = make_elevation(self._image, up, forward)
         if elevation is None:
             return None
-        self.has_scans = True
-        return elevation, find_corners(elevation, noise=self._noise), -climb / float(ground @ up)
+        scene = Scene(
+            image=self._image, elevation=elevation, corners=find_corners(elevation, noise=self._noise),
+            noise=self._noise, smoothings=self._smoothings, up_std=self._corrected.std,
+            ground_slope=-climb / float(ground @ up), stamp_ns=self._stamp_ns,
+        )  # fmt: skip
+        self.scenes.append(scene)
+        return scene
 
 
 def _any_accepted(candidates: Sequence[Candidate]) -> bool:

@@ -13,7 +13,7 @@ from stairmap.detection.judgement import Case
 from stairmap.detection.observation import Detection, DetectionTrace
 from stairmap.detection.tracing import StepsTrace
 from stairmap.frame import DepthFrame
-from stairmap.visualization.dimensions import BLUE, INK, ORANGE
+from stairmap.visualization.dimensions import INK, ORANGE
 from stairmap.visualization.overlay import depth_range, describe_detection, draw_trace, png_from_image
 from stairmap.visualization.plots import make_figure, png_from_figure
 from stairmap.visualization.profile_panels import (
@@ -66,30 +66,31 @@ def draw_steps(frame: DepthFrame, detection: Detection) -> Figure:
     trace = detection.trace
     if trace is None:
         raise ValueError("this detection has no trace; detect with trace=True")
-    figure = make_figure(width=17, height=9.6)
-    figure.suptitle("\n".join(_title(detection)), fontsize=12, color=INK)
     steps = trace.steps
     if steps is None:
         raise ValueError("this detection has no steps of the default method")
-    columns = figure.subfigures(1, 3, width_ratios=[1.0, 1.15, 1.0])
+    widths = [5.2] if steps.case is None else [5.4, 6.2, 5.4]
+    figure = make_figure(width=sum(widths), height=9.6)
+    figure.suptitle("\n".join(_title(detection)), fontsize=12, color=INK)
+    columns = np.atleast_1d(np.asarray(figure.subfigures(1, len(widths), width_ratios=widths)))
     frame_axes, scan_axes = columns[0].subplots(2, 1, height_ratios=[1.15, 1.0])
     _draw_frame(frame_axes, frame, detection, trace)
     shown = draw_scans(scan_axes, steps)
     columns[0].colorbar(shown, ax=scan_axes, label="inverse forward distance Q = 1/s, 1/m")
     scan_axes.set_title("scans along the heading, and corners found", fontsize=10)
-    if steps.case is None:
-        columns[1].text(0.5, 0.5, _why_no_profile(steps), ha="center", va="center", fontsize=12, color=INK)
-        return figure
-    _draw_fit(columns[1], steps.case)
-    _draw_counts(columns[2], steps, steps.case)
+    if steps.case is not None:
+        _draw_fit(columns[1], steps.case)
+        _draw_counts(columns[2], steps, steps.case)
     return figure
 
 
 def _title(detection: Detection) -> list[str]:
     lines = describe_detection(detection)
     steps = None if detection.trace is None else detection.trace.steps
+    if not detection:
+        lines = ["; ".join(["no stairway", *(str(reason) for reason in detection.rejections)])]
     if steps is None or steps.case is None:
-        return lines
+        return [*lines, "no profile: no corners that repeat, or none of two steps that fits the rays"]
     fitted = steps.case.fitted
     profile, optics = fitted.profile, fitted.optics
     angles = np.degrees([fitted.tilt, fitted.roll, fitted.turn]).round(1) + 0.0
@@ -101,12 +102,6 @@ def _title(detection: Detection) -> list[str]:
         f"noise {fitted.noise * 1e3:.1f}e-3/m"
     )
     return [*lines, fit]
-
-
-def _why_no_profile(steps: StepsTrace) -> str:
-    if steps.lattice is None:
-        return "no corners that repeat\nwith one rise and run"
-    return "corners repeat, but no profile\nof two steps fits the rays"
 
 
 def _draw_frame(axes: Axes, frame: DepthFrame, detection: Detection, trace: DetectionTrace) -> None:
@@ -123,7 +118,7 @@ def _draw_frame(axes: Axes, frame: DepthFrame, detection: Detection, trace: Dete
             axes.plot(*line.T, color=color, linewidth=width, linestyle=dash)
     height, width = frame.depth.shape
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xticks=[], yticks=[])
-    kind = "nosings found" if detection else "nosings of the best candidate, rejected"
+    kind = "nosings found" if detection else "dashed: rejected nosings"
     axes.set_title(f"depth {near:.1f} to {far:.1f} m, black: none; {kind}\n"
                    "light blue: on treads, dark orange: on risers", fontsize=10)  # fmt: skip
 
@@ -145,9 +140,3 @@ def _draw_counts(figure: SubFigure, steps: StepsTrace, case: Case) -> None:
     if steps.extents is not None:
         draw_extents(extents, case, steps.extents)
     extents.set_title("how far each step reaches to either side", fontsize=10, color=INK)
-    if steps.rejections:
-        text = "\n".join(str(rejection) for rejection in steps.rejections)
-        extents.annotate(
-            f"rejected by\n{text}", (0.02, 0.02), xycoords="axes fraction", fontsize=9, color=INK,
-            bbox={"facecolor": "white", "edgecolor": BLUE, "boxstyle": "round,pad=0.3"}, zorder=9,
-        )  # fmt: skip

@@ -33,6 +33,9 @@ MIN_NEAR = 0.1
 MAX_RESIDUAL = 0.06
 """Residuals are shown up to this distance, m; larger ones stand at the border."""
 
+MIN_SHOWN_WIDTH = 0.3
+"""Where the sides are nearer to each other, m, which is no stairway, all rays of the strips are shown."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SortedRays:
@@ -72,13 +75,16 @@ class SortedRays:
             (self.is_on, BLUE, ".", "on the profile"),
             (self.is_nearer, NEARER_COLOR, "^", "nearer: hidden"),
             (self.is_farther, FARTHER_COLOR, "v", "farther: seen through"),
-            (self.is_edge, GREY, "+", "at an edge"),
-            (self.is_behind, GREY, "_", "behind the last edge"),
+            (self.is_edge, GREY, "+", "at an edge: tells nothing"),
+            (self.is_behind, GREY, "_", "past an edge: unknown"),
         )
 
 
 def sort_rays(case: Case) -> SortedRays:
-    """Compare the rays between the sides of the stairs with what the fitted profile predicts."""
+    """Compare the rays between the sides of the stairs with what the fitted profile predicts.
+
+    The rules are those of ``evidence``.
+    """
     fitted, rays = case.fitted, case.rays
     low, high = _slope_range(fitted.profile)
     chosen = (rays.slope > low) & (rays.slope < high)
@@ -87,7 +93,7 @@ def sort_rays(case: Case) -> SortedRays:
     entry = predicted.entries(slope)
     expected = predicted.expected(slope, entry)
     across = rays.bearing[chosen] / np.maximum(expected, 1e-6)
-    if np.isfinite(case.sides).all():
+    if case.width > MIN_SHOWN_WIDTH:
         inside = (across > case.sides[0]) & (across < case.sides[1])
         slope, q, entry, expected = slope[inside], q[inside], entry[inside], expected[inside]
     limit = tolerances(predicted, fitted.profile, fitted.noise)
@@ -126,9 +132,8 @@ def draw_scans(axes: Axes, steps: StepsTrace) -> Any:
         (corners.is_end, "x", "edge before nothing"),
     ):
         if chosen.any():
-            face = INK if marker == "x" else "white"
             axes.scatter(
-                elevation.bearing[corners.strip[chosen]], slope[chosen], s=17, marker=marker, color=face,
+                elevation.bearing[corners.strip[chosen]], slope[chosen], s=17, marker=marker, color="white",
                 edgecolors=None if marker == "x" else INK, linewidths=0.7, label=name, zorder=4,
             )  # fmt: skip
     if steps.case is not None and steps.lattice is not None:
@@ -138,7 +143,7 @@ def draw_scans(axes: Axes, steps: StepsTrace) -> Any:
     axes.set_xlabel("bearing of the ray λ = t/s (left of the camera is left)")
     axes.set_ylabel("slope of the ray τ = z/s")
     if len(corners):
-        axes.legend(loc="lower left", fontsize=8, framealpha=0.9, title="corners of single scans")
+        axes.legend(loc="lower left", fontsize=8, framealpha=0.9, facecolor="#D8D8D8", title="corners")
     return shown
 
 
@@ -165,7 +170,8 @@ def draw_section(axes: Axes, case: Case, rays: SortedRays) -> None:
     extent = np.concatenate(points)
     # Room for the measures.
     room = np.array([0.2 * abs(profile.run), 0.6 * profile.rise])
-    low, high = extent.min(axis=0) - room, extent.max(axis=0) + [1.4 * abs(profile.run), room[1]]
+    low = extent.min(axis=0) - room
+    high = extent.max(axis=0) + np.array([2.2 * abs(profile.run), room[1]])
     for chosen, color, marker, _ in rays.classes:
         s = 1.0 / rays.inverse_distance[chosen]
         met = np.stack([s, rays.slope[chosen] * s], axis=1)
@@ -256,8 +262,8 @@ def draw_residuals(axes: Axes, case: Case, rays: SortedRays) -> None:
     if rays.is_on.any():
         rms = 1e3 * float(np.sqrt(np.mean(rays.residual[rays.is_on] ** 2)))
         axes.annotate(
-            f"rms of the rays on the profile {rms:.1f} mm", (0.01, 0.06), xycoords="axes fraction", fontsize=8,
-            color=INK,
+            f"rms of the rays on the profile {rms:.1f} mm", (0.01, 0.06), xycoords="axes fraction",
+            fontsize=8, color=INK,
         )  # fmt: skip
     _number_nosings(axes, case.fitted.profile, has_numbers=False)
     finish_axes(axes)
@@ -273,7 +279,7 @@ def _number_nosings(axes: Axes, profile: StairProfile, *, has_numbers: bool = Tr
         if has_numbers and slope - last > 0.02 * span:
             axes.annotate(
                 str(number + 1), (slope, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 2),
-                textcoords="offset points", ha="center", fontsize=8, color=INK,
+                textcoords="offset points", ha="center", fontsize=8, color=INK, annotation_clip=True,
             )  # fmt: skip
             last = slope
 
