@@ -46,7 +46,9 @@ def descending_profile(
     return parts
 
 
-def grid_of(slope: Float64Array, num_strips: int, *, spread: float = 0.2, edge_shift: float = 0.0) -> ElevationGrid:
+def grid_of(
+    slope: Float64Array, num_strips: int, *, spread: float = 0.2, edge_shift: float = 0.0
+) -> ElevationGrid:
     """A grid that looks along the camera's z, with strips between the bearings ``spread`` and -``spread``."""
     return ElevationGrid(
         up=np.array([0.0, -1.0, 0.0]),

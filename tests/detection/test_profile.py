@@ -91,7 +91,7 @@ def sections_of(profile: StairProfile) -> list[Section]:
 
 
 def cast(profile: StairProfile, slopes: Float64Array) -> tuple[Float64Array, IntArray, IntArray]:
-    """Inverse distance of the first surface along each ray, which it is, and its step; 0 where there is none."""
+    """Inverse distance of the first surface along each ray, which it is, and its step; 0 for none."""
     nearest = np.full(len(slopes), np.inf)
     surface, step = np.full(len(slopes), -1), np.full(len(slopes), -9)
     for kind, index, (s0, z0), (s1, z1) in sections_of(profile):
@@ -332,7 +332,7 @@ def test_smoothing_is_a_convolution_of_what_is_seen_sharply(name: str, smoothing
     offsets = np.arange(-400, 401) * scale / 20
     density = 1.0 / (4 * np.cosh(offsets / scale / 2) ** 2)
     density /= density.sum()
-    slopes = SLOPES[(SLOPES > -1.0) & (SLOPES < outline.top[-2] - 15 * scale)]
+    slopes = SLOPES[(SLOPES > -1.0) & (outline.top[-2] - 15 * scale > SLOPES)]
     sharp = predict(outline, (slopes[:, None] - offsets).ravel(), SHARP, has_gradient=False)
     expected = sharp.inverse_distance.reshape(len(slopes), -1) @ density
     found = predict(outline, slopes, Optics(row_size=ROW, smoothing=smoothing, shift=0.0)).inverse_distance
