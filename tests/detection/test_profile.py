@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtr
 
@@ -112,6 +112,8 @@ def away_from_borders(outline: Outline, slopes: Float64Array, reach: float = 1e-
 
 
 def assert_seen_as_cast(profile: StairProfile) -> None:
+    # A tread at the camera's height that climbs is in view past its nosing; its height tells nothing.
+    assume(np.abs(profile.tread_heights).min() > 0.03)
     outline = outline_of(profile)
     slopes = away_from_borders(outline, SLOPES)
     predicted = predict(outline, slopes, SHARP)
