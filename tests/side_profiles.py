@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stairmap.detection.elevation import Elevation
+from stairmap.arrays import Float64Array
+from stairmap.detection.elevation import STRIP_WIDTH, Elevation, ElevationGrid
 
 Profile = Sequence[tuple[tuple[float, float], tuple[float, float]]]
 """Line segments of forward distance and height, m; the camera is at (0, 0)."""
@@ -45,6 +46,21 @@ def descending_profile(
     return parts
 
 
+def grid_of(
+    slope: Float64Array, num_strips: int, *, spread: float = 0.2, edge_shift: float = 0.0
+) -> ElevationGrid:
+    """A grid that looks along the camera's z, with strips between the bearings ``spread`` and -``spread``."""
+    return ElevationGrid(
+        up=np.array([0.0, -1.0, 0.0]),
+        forward=np.array([0.0, 0.0, 1.0]),
+        left=np.array([-1.0, 0.0, 0.0]),
+        slope=slope,
+        bearing=np.linspace(spread, -spread, num_strips * STRIP_WIDTH),
+        row_size=float(slope[-1] - slope[0]) / (len(slope) - 1),
+        edge_shift=edge_shift,
+    )
+
+
 def scan(
     profile: Profile,
     *,
@@ -54,26 +70,22 @@ def scan(
     bottom: float = -1.2,
     noise: float = 0.0,
     seed: int = 0,
+    edge_shift: float = 0.0,
 ) -> Elevation:
     """The elevation of a profile that is the same in all strips; noise of inverse distance in 1/m."""
-    slope = np.linspace(top, bottom, num_rows)
+    slope = np.linspace(bottom, top, num_rows)
     nearest = np.full(num_rows, np.inf)
     for (s0, z0), (s1, z1) in profile:
         # s·slope = z on the segment (s0 + a·ds, z0 + a·dz).
         ds, dz = s1 - s0, z1 - z0
         denominator = dz - slope * ds
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = (slope * s0 - z0) / denominator
+        share = (slope * s0 - z0) / np.where(np.abs(denominator) > 1e-12, denominator, np.nan)
         s = s0 + share * ds
-        hit = (np.abs(denominator) > 1e-12) & (share >= 0) & (share <= 1) & (s > 0)
+        hit = (share >= 0) & (share <= 1) & (s > 0)
         nearest = np.where(hit, np.minimum(nearest, s), nearest)
     q = np.where(np.isfinite(nearest), 1.0 / nearest, 0.0)[:, None] * np.ones(num_strips)
     if noise > 0:
         q = np.where(q > 0, q + np.random.default_rng(seed).normal(0, noise, q.shape), 0.0)
-    lateral = np.broadcast_to(np.linspace(0.2, -0.2, num_strips), q.shape)
-    return Elevation(
-        slope=slope.astype(np.float32),
-        inverse_distance=q.astype(np.float32),
-        lateral=lateral.astype(np.float32),
-        row_density=num_rows / (top - bottom),
-    )
+    grid = grid_of(slope, num_strips, edge_shift=edge_shift)
+    middle = grid.bearing.reshape(num_strips, STRIP_WIDTH).mean(axis=1)
+    return Elevation(grid=grid, bearing=middle, inverse_distance=q)

@@ -245,7 +245,11 @@ class _Pieces:
         self._set_nosing_slope(rows, _UNDERSIDE, under, thickness=-1.0)
         self._set_end(_FRONT, rows, z / near, seen)
         self._set_nosing_slope(rows, _FRONT, z, thickness=0.0)
+        # From high above, it also hides the back of the tread below.
+        hides = np.flatnonzero(seen & (under / near < tread_end[:-1]))
+        tread_end[hides] = under[hides] / near[hides]
         self._set_end(_TREAD, np.append(0, rows), tread_end, self.z < 0)
+        self._set_nosing_slope(rows[hides], _TREAD, under, thickness=-1.0, before=1)
 
     def add_descending(self) -> None:
         """Treads of stairs that lead away from the camera downward: their risers face away."""
@@ -331,14 +335,15 @@ class _Pieces:
         self.end[rows, surface] = np.where(seen, end, -np.inf)
 
     def _set_nosing_slope(
-        self, rows: IntArray, surface: int, heights: Float64Array, *, thickness: float
+        self, rows: IntArray, surface: int, heights: Float64Array, *, thickness: float, before: int = 0
     ) -> None:
-        """Derivatives of the slope of nosings, or of the lower edge of their fronts."""
-        step = rows - 1
+        """Derivatives of the slope of nosings, or of the lower edge of their fronts, where they end a surface
+        of their own row, or of so many rows before."""
+        step, ended = rows - 1, rows - before
         s = np.maximum(self.s[step], MIN_FORWARD)
-        self.end_gradient[rows, surface, self.level[rows]] = 1.0 / s
-        self.end_gradient[rows, surface, self.nosing[step]] = -heights[step] / s**2
-        self.end_gradient[rows, surface, self.thickness] = thickness / s
+        self.end_gradient[ended, surface, self.level[rows]] = 1.0 / s
+        self.end_gradient[ended, surface, self.nosing[step]] = -heights[step] / s**2
+        self.end_gradient[ended, surface, self.thickness] = thickness / s
 
 
 def _crossing(lower: Float64Array, upper: Float64Array) -> Float64Array:
