@@ -17,8 +17,9 @@ from stairmap.detection.fit import FittedProfile, Rays
 from stairmap.detection.observation import Rejection
 from stairmap.detection.profile import Prediction, StairProfile
 
-MAX_SEE_THROUGH = 0.30
-"""Largest share of rays that go through what should be solid: real treads and risers let nothing through."""
+MAX_SEE_THROUGH, SEE_THROUGH_PER_STEP = 0.30, 0.05
+"""Largest share of rays that go through what should be solid, and how much of it each step beyond two allows:
+real treads and risers let nothing through, and few steps line up by chance where many do not."""
 
 MAX_HIDDEN = 0.60
 """Largest share of rays towards the stairs that end at something in front of them. People and bags hide a
@@ -153,8 +154,10 @@ def _check_solid(case: Case) -> list[Rejection]:
     nearer = int(evidence.nearer.sum())
     found = []
     see_through = farther / max(on + farther, 1)
-    if see_through > MAX_SEE_THROUGH:
-        found.append(_broken("max_see_through", see_through, MAX_SEE_THROUGH, "1"))
+    num_seen = int(np.count_nonzero(evidence.is_seen))
+    limit = min(MAX_SEE_THROUGH, SEE_THROUGH_PER_STEP * max(num_seen - 2, 0))
+    if see_through > limit:
+        found.append(_broken("max_see_through", see_through, limit, "1"))
     hidden = nearer / max(on + nearer, 1)
     if hidden > MAX_HIDDEN:
         found.append(_broken("max_occluded", hidden, MAX_HIDDEN, "1"))
