@@ -22,7 +22,7 @@ from stairmap.detection.inverse_depth import (
     fit_surface_normals,
     inverse_depth_from_frame,
 )
-from stairmap.detection.lattice import find_lattices, group_corners
+from stairmap.detection.lattice import Lattice, find_lattices, group_corners
 from stairmap.detection.nosing_search import find_corners, find_turns
 from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.detection.orientation import (
@@ -61,6 +61,9 @@ MAX_EDGE_HEADINGS = 2
 
 MAX_LATTICES = 3
 """Lattices along one heading that are examined."""
+
+MIN_PAIR_SCORE = 5.0
+"""Least score of a lattice of two nosings, strips: both are seen over a width of stairs."""
 
 MAX_OVERLAP = 0.3
 """Candidates that share more than this of the smaller one's part of the image are one stairway."""
@@ -178,7 +181,7 @@ class _Look:
             scene = self._scan(angle + turns[0]) or scene
         groups = group_corners(scene.corners, num_strips=len(scene.elevation.bearing), noise=self._noise)
         lattices = find_lattices(groups, self._config.envelope, noise=self._noise, max_lattices=MAX_LATTICES)
-        return [examine(scene, lattice, self._config) for lattice in lattices]
+        return [examine(scene, lattice, self._config) for lattice in _promising(lattices)]
 
     def headings_of_edges(self, known: Sequence[float]) -> list[float]:
         """Headings square to level edges that are in view, without those that are known."""
@@ -206,6 +209,15 @@ class _Look:
         )  # fmt: skip
         self.scenes.append(scene)
         return scene
+
+
+def _promising(lattices: Sequence[Lattice]) -> list[Lattice]:
+    """The lattices worth a fit: two nosings find one anywhere, so of pairs only the first, if it is wide."""
+    return [
+        lattice
+        for place, lattice in enumerate(lattices)
+        if len(lattice.indices) > 2 or (place == 0 and lattice.score >= MIN_PAIR_SCORE)
+    ]
 
 
 def _any_accepted(candidates: Sequence[Candidate]) -> bool:
