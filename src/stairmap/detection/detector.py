@@ -50,7 +50,7 @@ MIN_DISTANCES = 4
 SAME_HEADING = np.radians(8.0)
 """Headings nearer than this to one that was tried are not tried again, rad."""
 
-MIN_TURN, MAX_TURN = np.radians(1.5), np.radians(20.0)
+MIN_TURN, MAX_TURN = np.radians(3.0), np.radians(20.0)
 """A heading is turned square to the edges seen along it where they differ by so much, rad."""
 
 STRIP_NOISE = 0.25
