@@ -18,7 +18,6 @@ from stairmap.detection.judgement import (
     MAX_GROWTH,
     MAX_HIDDEN,
     MAX_IRREGULARITY,
-    MAX_SEE_THROUGH,
     MAX_TURN,
     Case,
     common_extent,
@@ -83,7 +82,7 @@ def test_too_few_steps_are_rejected(min_steps: int, is_rejected: bool) -> None:
 
 
 def test_steps_that_are_not_seen_do_not_count() -> None:
-    rejection = the_only(make_case(on=[40, 40, 0, 0, 0]), "min_steps", detection={"min_steps": 3})
+    rejection = the_only(make_case(on=[40, 40, 0, 0, 0], farther=0, farther_tread=0), "min_steps")
     assert rejection.measured == 2
 
 
@@ -172,16 +171,19 @@ def test_stairs_without_ends_have_no_width(sides: tuple[float, float]) -> None:
     assert rejections_of(case)["min_width"].measured == 0.0
 
 
-def test_what_one_sees_through_is_not_solid() -> None:
-    # 500 rays on steps and treads; three tenths of all may go through.
-    limit = int(500 * MAX_SEE_THROUGH / (1 - MAX_SEE_THROUGH))
-    through = [limit // 5] * 5
-    solid = make_case(on=50, on_tread=50, farther=through, farther_tread=0)
-    assert rejections_of(solid) == {}
-    holes = make_case(on=50, on_tread=50, farther=through, farther_tread=2)
-    rejection = the_only(holes, "max_see_through")
-    assert rejection.measured == pytest.approx((5 * through[0] + 10) / (510 + 5 * through[0]))
-    assert rejection.limit == MAX_SEE_THROUGH
+@pytest.mark.parametrize(("num", "limit"), [(3, 0.05), (5, 0.15), (8, 0.30), (10, 0.30)])
+def test_what_one_sees_through_is_not_solid(num: int, limit: float) -> None:
+    profile = make_profile(num_steps=num, height=-0.83)
+    # A thousand rays on steps and treads, none through treads.
+    on = {"on": 500 // num, "on_tread": 500 // num}
+    total = 2 * (500 // num) * num
+    allowed = int(total * limit / (1 - limit)) // num
+    assert rejections_of(make_case(profile, **on, farther=allowed - 1, farther_tread=0)) == {}
+    through = make_case(profile, **on, farther=allowed - 1, farther_tread=3)
+    rejection = the_only(through, "max_see_through")
+    assert rejection.measured == pytest.approx((allowed + 2) * num / (total + (allowed + 2) * num))
+    assert rejection.limit == pytest.approx(limit)
+    assert rejection.unit == "1"
 
 
 def test_what_is_mostly_hidden_is_something_else() -> None:
