@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
@@ -15,6 +15,7 @@ from stairmap.delmerico2013 import lines as report_lines
 from stairmap.evaluation.frame_cache import recorded_frames, simulation_sum
 from stairmap.evaluation.trials import TrialSpec
 from stairmap.frame import DepthFrame
+from stairmap.session import frame_with_up
 
 T = TypeVar("T")
 
@@ -57,7 +58,7 @@ def load_samples(width: int, cache: Path | None) -> list[Sample]:
             grey = report_lines.grey_from_depth(np.nan_to_num(frame.depth))
             has_stairs = bool(simulation.scene.stairways)
             samples.append(
-                Sample(frame=replace(frame, up=pose[2, :3]), pose=pose, grey=grey, has_stairs=has_stairs)
+                Sample(frame=frame_with_up(frame, pose), pose=pose, grey=grey, has_stairs=has_stairs)
             )
     return samples
 

@@ -8,12 +8,13 @@ from contextlib import contextmanager
 from types import FunctionType
 from typing import Any
 
+from stairmap.detection import candidate as candidate_module
 from stairmap.detection import detector as detector_module
 
 
 @contextmanager
 def timed_stages() -> Iterator[dict[str, float]]:
-    """Time every function of the detection package that the detector itself calls, while the context lasts.
+    """Time the functions that the detector and its candidates call in other modules, while the context lasts.
 
     Yields
     ------
@@ -37,17 +38,19 @@ def timed_stages() -> Iterator[dict[str, float]]:
 
         return call
 
-    originals = {
-        name: function
-        for name, function in vars(detector_module).items()
+    modules = (detector_module, candidate_module)
+    originals = [
+        (module, name, function)
+        for module in modules
+        for name, function in vars(module).items()
         if isinstance(function, FunctionType)
         and function.__module__.startswith("stairmap.")
-        and function.__module__ != detector_module.__name__
-    }
-    for name, function in originals.items():
-        setattr(detector_module, name, timed(name, function))
+        and function.__module__ not in {module.__name__ for module in modules}
+    ]
+    for module, name, function in originals:
+        setattr(module, name, timed(name, function))
     try:
         yield seconds
     finally:
-        for name, function in originals.items():
-            setattr(detector_module, name, function)
+        for module, name, function in originals:
+            setattr(module, name, function)

@@ -1,10 +1,10 @@
-"""Make the pictures of docs/method.md from real frames, which lie beside the project (docs/evaluation.md).
+"""Make the pictures of docs/method.md from simulated and real frames, which lie beside the project.
 
     .venv/bin/python docs/make_figures.py            # writes docs/images/method-*.png
     .venv/bin/python docs/make_figures.py --limits   # prints the numbers of "What it cannot do"
 
-The data are no part of the project; without them this says so and writes nothing. Needs the extra ``report``,
-and ``sim`` for the numbers, which are simulated.
+The data are no part of the project; without them this says so and writes nothing. Needs the extras ``report``
+and ``sim``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from __future__ import annotations
 import io
 import itertools
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -27,25 +26,41 @@ from stairmap.config import Config
 from stairmap.delmerico2013 import lines as report_lines
 from stairmap.delmerico2013.collinear import merge_collinear_lines
 from stairmap.delmerico2013.detector import WORKING_WIDTH, Delmerico2013Detector, thinned_depth
-from stairmap.detection.crease_edges import find_creases
-from stairmap.detection.detector import STRIP_NOISE, StairEdgeDetector
-from stairmap.detection.elevation import STRIP_WIDTH, make_elevation
-from stairmap.detection.inverse_depth import fit_surface_normals, inverse_depth_from_frame
-from stairmap.detection.jump_edges import find_riser_tops, find_tread_fronts
-from stairmap.detection.ledges import find_ledges
+from stairmap.detection.detector import StairEdgeDetector
 from stairmap.detection.observation import Detection, StairObservation
-from stairmap.detection.orientation import correct_up, find_headings, level_axes
-from stairmap.detection.profile_segments import NOTHING, RISER, TREAD, find_segments, label_cells
+from stairmap.detection.profile import Optics, StairProfile, Surface, outline_of, predict
+from stairmap.detection.tracing import StepsTrace
 from stairmap.evaluation.data_folder import DATA_FOLDER
 from stairmap.frame import DepthFrame
 from stairmap.recordings.open import open_recording
-from stairmap.visualization.dimensions import GREY, INK, ORANGE, draw_dimension, finish_axes
+from stairmap.simulation.kinds import ViewSpec, make_view
+from stairmap.simulation.render import RayCaster
+from stairmap.simulation.scenes import make_scene
+from stairmap.simulation.sensors import make_sensor
+from stairmap.simulation.triangle_mesh import joined, make_block
+from stairmap.simulation.viewpoints import look_at
+from stairmap.simulation.views import take_view
+from stairmap.visualization.detection_steps import draw_steps
+from stairmap.visualization.dimensions import GREY, INK, ORANGE, finish_axes
+from stairmap.visualization.profile_panels import (
+    draw_evidence,
+    draw_extents,
+    draw_prediction,
+    draw_residuals,
+    draw_scans,
+    draw_section,
+    section_lines,
+    sort_rays,
+)
 
 DATA = Path(__file__).resolve().parents[1] / DATA_FOLDER / "real"
 IMAGES = Path(__file__).resolve().parent / "images"
 
 TREAD_COLOR, RISER_COLOR = "#56B4E9", ORANGE
 """Okabe and Ito's sky blue and vermillion: light and dark in grey print."""
+
+DESCENDING_VIEW = ("descending", 2, 0)
+"""Kind, number and seed of a view as ``stairmap evaluate kinds`` shows it."""
 
 CANNY_LOW, CANNY_HIGH = report_lines.CANNY_THRESHOLDS
 
@@ -58,13 +73,18 @@ def load_frame(folder: str, number: int = 0, *, up: str | None = None) -> DepthF
     raise SystemExit(f"{DATA / folder} has no frame {number}")
 
 
-def save(figure: Figure, name: str) -> None:
-    """Write a figure as a PNG of 192 colours: pictures of depth shrink to a third of their size."""
+def save(figure: Figure, name: str, *, dots_per_inch: int = 110, keeps_rare_colors: bool = False) -> None:
+    """Write a figure as a PNG of 192 colours: pictures of depth shrink to a third of their size.
+
+    With ``keeps_rare_colors`` a colour of few pixels is not lost; smooth colours get steps instead.
+    """
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110, bbox_inches="tight", pad_inches=0.08)
+    figure.savefig(buffer, format="png", dpi=dots_per_inch, bbox_inches="tight", pad_inches=0.08)
     IMAGES.mkdir(exist_ok=True)
     path = IMAGES / f"method-{name}.png"
-    Image.open(buffer).convert("RGB").quantize(192, dither=Image.Dither.NONE).save(path, optimize=True)
+    method = Image.Quantize.MAXCOVERAGE if keeps_rare_colors else Image.Quantize.MEDIANCUT
+    picture = Image.open(buffer).convert("RGB").quantize(192, method=method, dither=Image.Dither.NONE)
+    picture.save(path, optimize=True)
     sys.stdout.write(f"{path} {path.stat().st_size / 1000:.0f} kB\n")
 
 
@@ -143,174 +163,143 @@ def make_nosings_figure(frame: DepthFrame, observation: StairObservation) -> Non
     save(figure, "nosings")
 
 
-# --- (b), (c) the side elevation ------------------------------------------------------------------------
+# --- (b) what rays must see ------------------------------------------------------------------------------
+
+SURFACE_COLORS = {
+    Surface.RISER: RISER_COLOR,
+    Surface.FRONT: "#E69F00",
+    Surface.UNDERSIDE: "#9A4F83",
+    Surface.TREAD: TREAD_COLOR,
+    Surface.BEHIND: "#BBBBBB",
+}
+
+RAYS_SHOWN = 26
+"""Rays drawn into each section."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scans:
-    """The side elevation along the stairs' heading and what is found in it.
-
-    Points are (N, 3): forward, up, left from the camera in the axes of the observation, m.
-    """
-
-    slope: np.ndarray
-    inverse_distance: np.ndarray
-    labels: np.ndarray
-    cells: np.ndarray
-    creases: np.ndarray
-    jumps: np.ndarray
-    stairs_from_scans: np.ndarray
-
-
-def scan_frame(frame: DepthFrame, observation: StairObservation) -> Scans:
-    """Do the detector's first steps again, up to the nosings of single strips."""
-    config = Config().detection
-    image = inverse_depth_from_frame(frame, max_depth=config.max_depth)
-    surfaces = fit_surface_normals(image)
-    limit = np.radians(config.max_up_correction_deg)
-    up = correct_up(surfaces, frame.up, max_correction=limit).up
-    ahead, left = level_axes(up)
-    angles = [heading.angle for heading in find_headings(surfaces, up, max_headings=3)]
-    directions = [np.cos(angle) * ahead + np.sin(angle) * left for angle in angles]
-    forward = max(directions, key=lambda direction: float(direction @ observation.forward))
-    elevation = make_elevation(image, up, forward)
-    noise = STRIP_NOISE * surfaces.noise
-    labels = label_cells(elevation, noise=noise)
-    segments = find_segments(elevation, labels, noise=noise)
-    creases, in_crease = find_creases(segments)
-    tops = find_riser_tops(elevation, segments, in_crease[:, 0])
-    fronts = find_tread_fronts(elevation, segments, in_crease[:, 1], view_sign=1)
-    axes = np.stack([observation.forward, observation.up, np.cross(observation.up, observation.forward)])
-    turn = axes @ np.stack([forward, up, np.cross(up, forward)], axis=1)
-
-    def nosings(found: np.ndarray) -> np.ndarray:
-        slope = found[:, 1] / found[:, 0]
-        row = np.abs(elevation.slope[:, None] - slope).argmin(axis=0)
-        lateral = found[:, 0] * elevation.lateral[row, found[:, 2].astype(int)]
-        return np.stack([found[:, 0], found[:, 1], lateral], axis=1) @ turn.T
-
-    with np.errstate(divide="ignore"):
-        distance = np.where(elevation.inverse_distance > 0, 1 / elevation.inverse_distance, np.nan)
-    cells = np.stack([distance, distance * elevation.slope[:, None], distance * elevation.lateral], axis=-1)
-    return Scans(
-        slope=elevation.slope,
-        inverse_distance=elevation.inverse_distance,
-        labels=labels,
-        cells=cells @ turn.T,
-        creases=nosings(creases),
-        jumps=nosings(np.concatenate([tops, fronts, find_ledges(elevation, noise=noise)])),
-        stairs_from_scans=turn,
-    )
+def make_rays_figure() -> None:
+    """(b): four sections with the rays that meet them, and the inverse distance that rays must measure."""
+    step = {"run": 0.28, "rise": 0.17, "num_steps": 5}
+    profiles = {
+        "stairs that go up, nosings below": StairProfile(distance=0.7, height=-1.0, **step),
+        "nosings above the camera, overhang": StairProfile(distance=0.9, height=-0.25, overhang=0.04, **step),
+        "open risers": StairProfile(distance=0.9, height=-0.45, is_open=True, **step),
+        "stairs that go down": StairProfile(
+            distance=0.5 + 4 * 0.28, height=-1.3 - 4 * 0.17, run=-0.28, rise=0.17, num_steps=5
+        ),
+    }
+    figure = Figure(figsize=(14.5, 6.6), layout="constrained")
+    axes = figure.subplots(2, 4, height_ratios=[1.25, 1.0])
+    for column, (title, profile) in enumerate(profiles.items()):
+        _draw_rays(*axes[:, column], profile, title)
+    axes[0, 0].set_ylabel("up from the camera z, m")
+    axes[1, 0].set_ylabel("inverse forward distance Q = 1/s, 1/m")
+    surfaces = {surface.name.lower(): color for surface, color in SURFACE_COLORS.items()}
+    surfaces = {name.replace("front", "front of the tread"): color for name, color in surfaces.items()}
+    surfaces = {name.replace("behind", "farther: unknown"): color for name, color in surfaces.items()}
+    key = [Line2D([], [], color=color, linewidth=3, label=name) for name, color in surfaces.items()]
+    key.append(Line2D([], [], color=INK, linestyle="--", label="a sensor that smooths over 2 rows"))
+    figure.legend(handles=key, loc="outside lower center", ncols=6, fontsize=10)
+    save(figure, "rays")
 
 
-def on_stairs(points: np.ndarray, observation: StairObservation) -> np.ndarray:
-    """Whether (..., 3) points forward, up, left lie between the ends of the steps, 30 mm inward."""
-    left = np.cross(observation.up, observation.forward)
-    ends = np.array([edge.nosing @ left for edge in observation.edges])
-    return (points[..., 2] < np.median(ends[:, 0]) - 0.03) & (points[..., 2] > np.median(ends[:, 1]) + 0.03)
+def _draw_rays(section_axes, value_axes, profile: StairProfile, title: str) -> None:
+    s, z = profile.nosing_distances, profile.tread_heights
+    slopes = np.append(z[1:] / s, z[0] / max(s[0] - 0.8 * profile.run, 0.3))
+    low, high = slopes.min() - 0.05, slopes.max() + 0.07
+    if profile.run < 0:
+        high = z[0] / (s[0] + 0.8 * abs(profile.run))
+        low = z[-1] / (s[-1] - 0.2)
+    tau = np.linspace(low, high, 1500)
+    outline = outline_of(profile)
+    row = Optics(row_size=0.004, smoothing=0.02, shift=0.0)
+    sharp = predict(outline, tau, row, has_gradient=False)
+    blended = outline_of(profile, min_extent=2.0 * row.row_size)
+    smooth = predict(blended, tau, Optics(row_size=0.004, smoothing=2.0, shift=0.0), has_gradient=False)
+    for surface, color in SURFACE_COLORS.items():
+        mine = np.where(sharp.surface == surface, sharp.inverse_distance, np.nan)
+        value_axes.plot(tau, mine, color=color, linewidth=3)
+    value_axes.plot(tau, smooth.inverse_distance, color=INK, linewidth=1.0, linestyle="--")
+    for index in np.linspace(0, len(tau) - 1, RAYS_SHOWN).astype(int):
+        end = 1.0 / sharp.inverse_distance[index]
+        color = SURFACE_COLORS[Surface(sharp.surface[index])]
+        section_axes.plot([0, end], [0, tau[index] * end], color=color, linewidth=0.9)
+    for piece in section_lines(profile):
+        section_axes.plot(*piece.T, color=INK, linewidth=1.8)
+    section_axes.plot(0, 0, "s", color=INK, markersize=7)
+    section_axes.annotate("camera", (0, 0), xytext=(5, 5), textcoords="offset points", fontsize=9)
+    section_axes.set_aspect("equal", adjustable="datalim")
+    section_axes.set_title(title, fontsize=11)
+    section_axes.set_xlabel("forward s, m")
+    value_axes.set_xlabel("slope of the ray τ = z/s")
+    for axes in (section_axes, value_axes):
+        finish_axes(axes)
 
 
-def make_elevation_figure(scans: Scans, observation: StairObservation) -> None:
-    """(b): inverse forward distance of all scans, and the labels."""
-    figure = Figure(figsize=(11.5, 5.2), layout="constrained")
-    value_axes, label_axes = figure.subplots(1, 2, sharey=True)
-    num_rows, num_strips = scans.labels.shape
-    extent = (-0.5, num_strips - 0.5, num_rows - 0.5, -0.5)
-    look = {"aspect": "auto", "interpolation": "nearest", "extent": extent}
-    shown = value_axes.imshow(
-        np.where(scans.inverse_distance > 0, scans.inverse_distance, np.nan), cmap="cividis", **look
-    )
-    value_axes.set_facecolor("black")
-    figure.colorbar(shown, ax=value_axes, label="inverse forward distance Q = 1/s, 1/m", shrink=0.9)
-    colors = ListedColormap(["#E6E6E6", TREAD_COLOR, RISER_COLOR])
-    norm = BoundaryNorm([NOTHING - 0.5, TREAD - 0.5, RISER - 0.5, RISER + 0.5], 3)
-    label_axes.imshow(scans.labels, cmap=colors, norm=norm, **look)
-    ticks = np.arange(0.2, -2.1, -0.2)
-    ticks = ticks[(ticks < scans.slope[0]) & (ticks > scans.slope[-1])]
-    rows = np.interp(-ticks, -scans.slope, np.arange(num_rows))
-    value_axes.set_yticks(rows, labels=[f"{tick:+.1f}" if abs(tick) > 1e-6 else "0" for tick in ticks])
-    value_axes.set_ylabel("slope of the ray τ = z/s (rows)")
-    for axes, title in (
-        (value_axes, f"scans: every column is a strip of {STRIP_WIDTH} pixels"),
-        (label_axes, "labels: tread (light), riser (dark), neither (grey)"),
-    ):
-        axes.set_title(title, fontsize=11)
-        axes.set_xlabel("strip, from the image's left to its right")
-    axes_3d = np.stack([observation.forward, observation.up, np.cross(observation.up, observation.forward)])
-    origin = axes_3d @ observation.origin
-    rise, run = np.array([0, observation.rise, 0]), np.array([observation.run, 0, 0])
-    for index in range(len(observation.edges)):
-        nosing = origin + index * (run + rise)
-        below, nosing, behind = ((nosing + offset) @ scans.stairs_from_scans for offset in (-rise, 0, run))
-        names = [(f"riser {index + 1}", below, nosing), (f"tread {index + 1}", nosing, behind)]
-        for name, first, last in names[: 2 if index < len(observation.edges) - 1 else 1]:
-            slope = (first[1] / first[0] + last[1] / last[0]) / 2
-            row = np.interp(-slope, -scans.slope, np.arange(num_rows))
-            label_axes.annotate(
-                name, (num_strips - 0.5, row), xytext=(4, 0), textcoords="offset points", va="center",
-                fontsize=8, color=INK, annotation_clip=False,
-            )  # fmt: skip
-    save(figure, "elevation")
+# --- (c) to (e) search, prediction, evidence -------------------------------------------------------------
 
 
-def make_lattice_figure(scans: Scans, observation: StairObservation) -> None:
-    """(c): all scans from the side, the nosings of single strips, and the lattice with its measures."""
-    figure = Figure(figsize=(11.5, 4.9), layout="constrained")
-    axes = figure.subplots()
-    stairs = on_stairs(scans.cells, observation)
-    for label, color, size in ((NOTHING, "#BBBBBB", 3), (TREAD, TREAD_COLOR, 7), (RISER, RISER_COLOR, 7)):
-        chosen = stairs & (scans.labels == label)
-        axes.scatter(*scans.cells[chosen][:, :2].T, s=size, color=color, linewidths=0, rasterized=True)
-    creases, jumps = (nosings[on_stairs(nosings, observation)] for nosings in (scans.creases, scans.jumps))
-    hollow = {"linestyle": "", "color": INK, "markerfacecolor": "none"}
-    axes.plot(*creases[:, :2].T, marker="o", markersize=5, markeredgewidth=0.7, **hollow)
-    axes.plot(*jumps[:, :2].T, marker="^", markersize=6, markeredgewidth=0.7, **hollow)
+def make_search_figure(steps: StepsTrace) -> None:
+    """(c): the scans with the corners found, and the fitted profile from the side."""
+    figure = Figure(figsize=(12.5, 4.4), layout="constrained")
+    scan_axes, section_axes = figure.subplots(1, 2, width_ratios=[1.0, 1.35])
+    shown = draw_scans(scan_axes, steps)
+    figure.colorbar(shown, ax=scan_axes, label="inverse forward distance Q = 1/s, 1/m")
+    scan_axes.set_title("scans, and the corners of single strips", fontsize=11)
+    draw_section(section_axes, steps.case, sort_rays(steps.case))
+    section_axes.set_title("rays of the strips from the side, and the fitted profile", fontsize=11)
+    save(figure, "search")
 
-    origin = np.array([observation.origin @ observation.forward, observation.origin @ observation.up])
-    step = np.array([observation.run, observation.rise])
-    nosings = origin + np.arange(len(observation.edges))[:, None] * step
-    rise, run = np.array([0, observation.rise]), np.array([observation.run, 0])
-    corners = [nosings[0] - rise]
-    for nosing in nosings:
-        corners += [nosing, nosing + run]
-    corners = np.array(corners[:-1])
-    axes.plot(*corners.T, color=INK, linewidth=1.0)
-    axes.plot(*nosings.T, "D", color=INK, markersize=5)
-    line = np.array([nosings[0] - 0.35 * step, nosings[-1] + 0.35 * step])
-    axes.plot(*line.T, color=GREY, linewidth=1.0, linestyle=(0, (6, 3)))
-    for number, nosing in enumerate(nosings, start=1):
-        axes.annotate(
-            f"{number}", nosing, xytext=(-10, 9), textcoords="offset points", ha="center", color=INK
-        )
-    rise_std, run_std = np.sqrt(np.diag(observation.covariance))[:2] * 1e3
-    below = nosings[1] - rise - np.array([0, 0.075])
-    draw_dimension(
-        axes, below, below + run, f"run {observation.run * 1e3:.0f} ± {run_std:.0f} mm",
-        extend_from=(nosings[1], nosings[2]), text_side="right",
-    )  # fmt: skip
-    beside = nosings[3] + np.array([0.47, 0])
-    draw_dimension(
-        axes, beside - rise, beside, f"rise {observation.rise * 1e3:.0f} ± {rise_std:.0f} mm",
-        extend_from=(nosings[2], nosings[3]), text_side="right",
-    )  # fmt: skip
-    axes.plot(0, 0, "s", color=INK, markersize=9)
-    axes.annotate("camera", (0, 0), xytext=(8, 4), textcoords="offset points", fontsize=10)
-    key = [
-        Line2D([], [], marker="s", linestyle="", color=TREAD_COLOR, label="tread (one strip's cell)"),
-        Line2D([], [], marker="s", linestyle="", color=RISER_COLOR, label="riser"),
-        Line2D([], [], marker="s", linestyle="", color="#BBBBBB", label="neither"),
-        Line2D([], [], marker="o", **hollow, label="nosing of one strip: crease"),
-        Line2D([], [], marker="^", **hollow, label="nosing of one strip: jump"),
-        Line2D([], [], marker="D", linestyle="-", color=INK, label="the lattice, measured with all pixels"),
-    ]
-    if not len(jumps[jumps[:, 0] < 2.3]):
-        key = [entry for entry in key if not entry.get_label().endswith("jump")]
-    axes.legend(handles=key, loc="lower right", fontsize=9, framealpha=1.0)
-    axes.set(xlim=(-0.1, 2.3), ylim=(-0.66, 0.1), xlabel="forward from the camera s, m", ylabel="up z, m")
-    axes.set_aspect("equal")
-    finish_axes(axes)
-    axes.set_title(f"all scans across the steps, from the side: {measures_text(observation)}", fontsize=11)
-    save(figure, "lattice")
+
+def make_prediction_figure(steps: StepsTrace, name: str, title: str) -> None:
+    """(d): what rays measured against what the profile predicts, and the residuals."""
+    figure = Figure(figsize=(11.5, 5.8), layout="constrained")
+    prediction, residuals = figure.subplots(2, 1, height_ratios=[1.5, 1.0])
+    rays = sort_rays(steps.case)
+    draw_prediction(prediction, steps.case, rays)
+    draw_residuals(residuals, steps.case, rays)
+    figure.suptitle(title, fontsize=11)
+    save(figure, name, keeps_rare_colors=True)
+
+
+def make_evidence_figure(steps: StepsTrace) -> None:
+    """(e): the evidence for each step, and how far each reaches."""
+    figure = Figure(figsize=(12.0, 4.3), layout="constrained")
+    evidence, extents = figure.subplots(1, 2)
+    draw_evidence(evidence, steps.case.evidence, is_ascending=steps.case.fitted.profile.run > 0)
+    draw_extents(extents, steps.case, steps.extents)
+    save(figure, "evidence", keeps_rare_colors=True)
+
+
+def make_inspect_figure(frame: DepthFrame, detection: Detection) -> None:
+    """(f): the picture of ``stairmap inspect --frame``."""
+    figure = draw_steps(frame, detection)
+    save(figure, "inspect", dots_per_inch=75, keeps_rare_colors=True)
+
+
+def simulated_frame(kind: str, index: int, seed: int) -> DepthFrame:
+    """Return the frame of a view of ``stairmap evaluate kinds``."""
+    view = make_view(ViewSpec(kind=kind, index=index, seed=seed))
+    return view.frame(take_view(view)[0])
+
+
+def hidden_frame() -> DepthFrame:
+    """Return a simulated frame of stairs before which a box stands."""
+    scene = make_scene("free_standing", 0)
+    box = make_block([-0.5, -0.3, 0.0], [-0.15, 0.15, 0.45])
+    sensor = make_sensor("kinect_v1", factor=0.5)
+    pose = look_at(np.array([-2.2, 0.3, 1.1]), np.array([0.8, 0.0, 0.5]))
+    rendering = RayCaster(joined([scene.mesh, box])).render(sensor.camera, pose)
+    depth = sensor.measure(rendering, np.random.default_rng(0))
+    return DepthFrame(stamp_ns=0, depth=depth, camera=sensor.camera, up=pose[2, :3])
+
+
+def traced(frame: DepthFrame) -> tuple[Detection, StepsTrace]:
+    """Return what the default method says of a frame, with its steps."""
+    detection = StairEdgeDetector(Config()).detect(frame, trace=True)
+    if detection.trace.steps is None or detection.trace.steps.case is None:
+        raise SystemExit(f"no profile was fitted: {detection.rejections}")
+    return detection, detection.trace.steps
 
 
 # --- The report's method ---------------------------------------------------------------------------------
@@ -451,10 +440,6 @@ def count_views(
     up_error
         By which the given up is off, in a random direction, deg.
     """
-    from stairmap.simulation.render import RayCaster  # noqa: PLC0415
-    from stairmap.simulation.scenes import make_scene  # noqa: PLC0415
-    from stairmap.simulation.sensors import make_sensor  # noqa: PLC0415
-
     built = make_scene(scene, 0)
     flight, caster = built.stairways[0].flights[0], RayCaster(built.mesh)
     source = make_sensor(sensor, factor=SENSOR_WIDTHS[sensor] / make_sensor(sensor).camera.width)
@@ -477,16 +462,6 @@ def count_views(
         return f"0 of {NUM_VIEWS}"
     rise, run = np.mean(errors, axis=0)
     return f"{len(errors)} of {NUM_VIEWS}, mean error rise {rise:+.0f}, run {run:+.0f} mm"
-
-
-def look_at(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return (4, 4) map_from_camera of an optical frame without roll."""
-    forward = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    map_from_camera = np.eye(4)
-    map_from_camera[:3] = np.stack([right, np.cross(forward, right), forward, eye], axis=1)
-    return map_from_camera
 
 
 def print_limits() -> None:
@@ -517,14 +492,17 @@ def main() -> None:
             f"expected the real frames in {DATA}; they are no part of the project; nothing was made"
         )
     frame = load_frame("kinect_v2_test_stairs")
-    detection = StairEdgeDetector(Config()).detect(frame)
-    if not detection:
-        raise SystemExit(f"no stairway in {DATA / 'kinect_v2_test_stairs'}: {detection.rejections}")
-    observation = detection.observations[0]
-    make_nosings_figure(frame, observation)
-    scans = scan_frame(frame, observation)
-    make_elevation_figure(scans, observation)
-    make_lattice_figure(scans, observation)
+    detection, steps = traced(frame)
+    make_nosings_figure(frame, detection.observations[0])
+    make_rays_figure()
+    make_search_figure(steps)
+    make_prediction_figure(steps, "prediction", "test stairs, Kinect v2, a real frame")
+    below = simulated_frame(*DESCENDING_VIEW)
+    make_prediction_figure(
+        traced(below)[1], "prediction-descending", "stairs that go down, simulated: only treads show"
+    )
+    make_evidence_figure(traced(hidden_frame())[1])
+    make_inspect_figure(frame, detection)
     make_report_figure(frame, "report-test-stairs", "test stairs, Kinect v2")
     make_report_figure(load_frame("xtion_two_steps_close"), "report-two-steps", "two steps, Xtion")
     kitchen = load_frame("no_stairs_kitchen_kinect_v1", 68, up="auto")

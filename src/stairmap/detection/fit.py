@@ -266,7 +266,7 @@ class _State:
 
     def moved(self, change: Float64Array) -> _State:
         profile = self.profile
-        values = {name: getattr(profile, name) + change[i] for i, name in enumerate(REGULAR)}
+        values = {name: float(getattr(profile, name) + change[i]) for i, name in enumerate(REGULAR)}
         offsets = profile.offsets
         if len(change) > OFFSETS:
             offsets = offsets + change[OFFSETS:]

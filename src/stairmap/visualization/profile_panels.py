@@ -166,7 +166,7 @@ def _draw_fitted_nosings(axes: Axes, fitted: FittedProfile, ends: Float64Array) 
 def draw_section(axes: Axes, case: Case, rays: SortedRays) -> None:
     """Draw the rays from the side with the fitted section and its measures."""
     profile = case.fitted.profile
-    points = _surface(profile)
+    points = section_lines(profile)
     extent = np.concatenate(points)
     # Room for the measures.
     room = np.array([0.2 * abs(profile.run), 0.6 * profile.rise])
@@ -391,7 +391,7 @@ def _slope_range(profile: StairProfile) -> tuple[float, float]:
     return float(slopes.min()) - margin, (high if profile.run > 0 else float(slopes.max())) + margin
 
 
-def _surface(profile: StairProfile) -> list[Float64Array]:
+def section_lines(profile: StairProfile) -> list[Float64Array]:
     """The section as (M, 2) lines of s and z: one line, or a slab for each step where risers are open."""
     direction, s, z = profile.direction, profile.nosing_distances, profile.tread_heights
     foot = s + direction * profile.overhang + profile.rake * z[1:]
