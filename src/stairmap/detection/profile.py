@@ -425,7 +425,7 @@ ROWS_PER_ENTRY = 0.5
 def tabulate(outline: Outline, optics: Optics, low: float, high: float, *, has_gradient: bool) -> Prediction:
     """Predict what rays see at every half row between two slopes."""
     spacing = ROWS_PER_ENTRY * optics.row_size
-    slopes = low + spacing * np.arange(int((high - low) / spacing) + 2)
+    slopes = low + spacing * np.arange(max(int((high - low) / spacing) + 2, 1))
     return predict(outline, np.asarray(slopes, dtype=np.float64), optics, has_gradient=has_gradient)
 
 
