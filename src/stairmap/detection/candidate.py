@@ -120,10 +120,10 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
         num_steps=int(lattice.indices[-1]) + 1,
     )
     seen = _fit_seen_steps(scene, measured, everything, start)
-    if seen is not None and _lets_through(seen[1]) and start.run > 0:
+    if start.run > 0 and len(lattice.indices) > 2 and (seen is None or _lets_through(seen[1])):
         slabs = replace(start, is_open=True, thickness=USUAL_THICKNESS)
         opened = _fit_seen_steps(scene, measured, everything, slabs)
-        if opened is not None and opened[1].on.sum() > 0 and not _lets_through(opened[1]):
+        if opened is not None and not _lets_through(opened[1]):
             seen = opened
     if seen is None:
         limit = config.detection.min_steps
