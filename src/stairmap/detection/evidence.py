@@ -323,7 +323,8 @@ def compare_with_flat(
         return 1.0
     slope, q, entry = slope[inside], q[inside], entry[inside]
     variance = fitted.noise**2 + (SURFACE_TOLERANCE / NUM_SIGMA * predicted.sensitivity[entry]) ** 2
-    by_steps = (q - predicted.expected(slope, entry)) ** 2
+    # What lies behind an edge may be as far as it likes.
+    by_steps = (np.maximum(q, predicted.farthest[entry]) - predicted.expected(slope, entry)) ** 2
     weight = 1.0 / variance
     middle = slope - slope.mean()
     for _ in range(FLAT_ROUNDS):
