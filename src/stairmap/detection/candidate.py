@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray
+from stairmap.arrays import Float64Array, IntArray, Points
 from stairmap.config import Config
 from stairmap.detection.elevation import Elevation, strip_columns
 from stairmap.detection.evidence import Evidence, all_rays, choose_steps, count_evidence, is_level_seen
@@ -104,6 +104,20 @@ class Candidate:
     lattice: Lattice
     case: Case | None = None
     extents: StepExtents | None = None
+
+
+    def ends(self) -> Points:
+        """Return the (N, 3) ends of its steps, camera frame, m: as observed, else where it was found."""
+        if self.observation is not None:
+            return np.concatenate([edge.nosing for edge in self.observation.edges])
+        if self.case is None:
+            return np.zeros((0, 3))
+        elevation, profile = self.scene.elevation, self.case.fitted.profile
+        up, forward = self.case.fitted.axes(elevation)
+        bearings = elevation.bearing[self.lattice.strips][[0, -1], None]
+        rays = forward + bearings * cross(up, forward)
+        s, z = profile.nosing_distances[:, None, None], profile.tread_heights[1:, None, None]
+        return np.asarray((s * rays + z * up).reshape(-1, 3))
 
 
 def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:

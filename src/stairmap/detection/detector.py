@@ -97,8 +97,7 @@ class StairEdgeDetector:
         """
         image = inverse_depth_from_frame(frame, max_depth=self._config.detection.max_depth)
         candidates, rejections, scenes = self._find_candidates(image, frame)
-        accepted = [candidate for candidate in candidates if candidate.observation is not None]
-        observations = _without_duplicates(accepted, image)
+        observations = _without_duplicates(candidates, image)
         if observations:
             rejections = ()
         picture = trace_detection(frame, image, scenes, candidates, observations) if trace else None
@@ -227,26 +226,28 @@ def _any_accepted(candidates: Sequence[Candidate]) -> bool:
 def _without_duplicates(
     candidates: Sequence[Candidate], image: InverseDepthImage
 ) -> tuple[StairObservation, ...]:
-    """Keep the best of the candidates that share a part of the image."""
-    kept: list[tuple[Float64Array, StairObservation]] = []
+    """Keep the best of the accepted candidates that share a part of the image.
+
+    What winds keeps its part as well: a piece of it may look like a straight flight.
+    """
+    kept: list[tuple[Float64Array, StairObservation | None]] = []
     for candidate in sorted(candidates, key=lambda item: -item.score):
-        observation = candidate.observation
-        if observation is None:
+        winds = any(rejection.rule == "max_turn" for rejection in candidate.rejections)
+        if candidate.observation is None and not winds:
             continue
-        area = _area_of(observation, image)
+        area = _area_of(candidate, image)
         if all(_overlap(area, other) <= MAX_OVERLAP for other, _ in kept):
-            kept.append((area, observation))
-    return tuple(observation for _, observation in kept)
+            kept.append((area, candidate.observation))
+    return tuple(observation for _, observation in kept if observation is not None)
 
 
-def _area_of(observation: StairObservation, image: InverseDepthImage) -> Float64Array:
-    """(2, 2) least and greatest pixel coordinates of the ends of an observation's edges."""
-    ends = np.concatenate([edge.nosing for edge in observation.edges])
-    pixels = image.camera.project(ends)
+def _area_of(candidate: Candidate, image: InverseDepthImage) -> Float64Array:
+    """(2, 2) least and greatest pixel coordinates of the ends of a candidate's steps."""
+    pixels = image.camera.project(candidate.ends())
+    if not np.isfinite(pixels).any():
+        return np.zeros((2, 2))
     size = [image.camera.width - 1, image.camera.height - 1]
-    return np.stack(
-        [np.clip(np.nanmin(pixels, axis=0), 0, size), np.clip(np.nanmax(pixels, axis=0), 0, size)]
-    )
+    return np.stack([np.clip(np.nanmin(pixels, axis=0), 0, size), np.clip(np.nanmax(pixels, axis=0), 0, size)])
 
 
 def _overlap(first: Float64Array, second: Float64Array) -> float:
