@@ -1,4 +1,4 @@
-"""Going up a scan, nosings are where the surface seen so far ends: before something farther, or in a corner."""
+"""Up a scan, a nosing is where the surface seen so far ends: before something farther, or in a corner."""
 
 from __future__ import annotations
 
