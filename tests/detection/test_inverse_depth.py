@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +10,15 @@ from hypothesis import strategies as st
 
 from stairmap.arrays import DepthImage, Vector
 from stairmap.camera import PinholeCamera
-from stairmap.detection.inverse_depth import fit_surface_normals, inverse_depth_from_frame
+from stairmap.detection.inverse_depth import (
+    MIN_JUMPS,
+    SHARP,
+    SMOOTH,
+    InverseDepthImage,
+    estimate_smoothings,
+    fit_surface_normals,
+    inverse_depth_from_frame,
+)
 from stairmap.detection.orientation import correct_up
 from stairmap.frame import DepthFrame
 from stairmap.geometry import normalized
@@ -153,3 +162,127 @@ def test_an_empty_frame_has_no_normals() -> None:
     surfaces = fit_surface_normals(inverse_depth_from_frame(frame_of_depth(depth, SMALL), max_depth=6))
     assert len(surfaces.normals) == len(surfaces.points) == 0
     assert surfaces.noise == 0
+
+
+def image_of_jump(
+    *, smoothing: float = 0.0, near: float = 1.0, far: float = 0.7, columns: int = 160, slant: float = 0.0
+) -> InverseDepthImage:
+    """Two walls, the nearer one to the left, blended by a Gaussian; its edge leans by columns per row."""
+    rows, place = np.mgrid[0:240, 0:320].astype(np.float64)
+    edge = columns + slant * (rows - 120)
+    q = np.where(place < edge, near, far)
+    if smoothing:
+        q = cv2.GaussianBlur(q, (0, 0), smoothing, borderType=cv2.BORDER_REPLICATE)
+    q = q.astype(np.float32)
+    return InverseDepthImage(inverse_depth=q, valid=q > 0, camera=SMALL, stride=1)
+
+
+@pytest.mark.parametrize("smoothing", [0.8, 1.2, 2.0])
+def test_smoothing_is_told_by_the_steepest_pixel_of_jumps(smoothing: float) -> None:
+    (found,) = estimate_smoothings(image_of_jump(smoothing=smoothing))
+    assert found == pytest.approx(smoothing, rel=0.1)
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 0.3])
+def test_a_pixels_footprint_is_the_least_that_blends(smoothing: float) -> None:
+    assert estimate_smoothings(image_of_jump(smoothing=smoothing)) == (SHARP,)
+
+
+def test_edges_that_lie_level_tell_smoothing_as_well() -> None:
+    image = image_of_jump(smoothing=1.5)
+    turned = np.ascontiguousarray(image.inverse_depth.T)
+    camera = PinholeCamera(width=240, height=320, fx=262.5, fy=262.5, cx=119.5, cy=159.5)
+    level = InverseDepthImage(inverse_depth=turned, valid=turned > 0, camera=camera, stride=1)
+    assert estimate_smoothings(level) == pytest.approx(estimate_smoothings(image), rel=0.02)
+
+
+def test_edges_aslant_do_not_decide() -> None:
+    # A sharp upright edge, and one of two columns per row that looks smooth along columns.
+    aslant = image_of_jump(smoothing=0.8, slant=0.5)
+    assert estimate_smoothings(aslant)[0] < 1.15
+
+
+@pytest.mark.parametrize(("far", "tells"), [(0.94, True), (0.96, False)])
+def test_a_jump_is_a_twentieth_of_inverse_depth_or_more(far: float, tells: bool) -> None:
+    found = estimate_smoothings(image_of_jump(smoothing=1.2, far=far))
+    assert (len(found) == 1) == tells
+
+
+def test_a_ramp_wider_than_the_plateaus_tells_nothing() -> None:
+    assert estimate_smoothings(image_of_jump(smoothing=3.0)) == (SHARP, SMOOTH)
+
+
+def test_without_jumps_both_kinds_of_sensor_are_possible() -> None:
+    assert estimate_smoothings(image_of_jump(far=1.0)) == (SHARP, SMOOTH)
+    # A floor that recedes changes everywhere, and has no plateaus.
+    floor = np.repeat(np.linspace(0.1, 1.2, 240, dtype=np.float32)[:, None], 320, axis=1)
+    image = InverseDepthImage(inverse_depth=floor, valid=floor > 0, camera=SMALL, stride=1)
+    assert estimate_smoothings(image) == (SHARP, SMOOTH)
+
+
+@pytest.mark.parametrize(("num", "tells"), [(MIN_JUMPS // 2 - 1, False), (MIN_JUMPS // 2, True)])
+def test_ten_jumps_tell_how_a_sensor_smooths(num: int, tells: bool) -> None:
+    # Every fourth row is looked at, and an edge between two pixels counts for both.
+    image = image_of_jump()
+    q = image.inverse_depth.copy()
+    q[4 * num :] = 1.0
+    # Its lower end would be a jump of columns.
+    q[4 * num - 3 : 4 * num + 4] = 0.0
+    found = estimate_smoothings(InverseDepthImage(inverse_depth=q, valid=q > 0, camera=SMALL, stride=1))
+    assert (len(found) == 1) == tells
+
+
+def test_jumps_beside_missing_pixels_tell_nothing() -> None:
+    image = image_of_jump()
+    q = image.inverse_depth.copy()
+    q[:, 161:163] = 0.0
+    found = estimate_smoothings(InverseDepthImage(inverse_depth=q, valid=q > 0, camera=SMALL, stride=1))
+    assert found == (SHARP, SMOOTH)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 240), (320, 1), (12, 12), (13, 13)])
+@pytest.mark.parametrize("value", [0.0, 0.5])
+def test_images_of_any_size_tell_a_smoothing_and_normals(size: tuple[int, int], value: float) -> None:
+    width, height = size
+    camera = PinholeCamera(width=width, height=height, fx=200.0, fy=200.0, cx=width / 2, cy=height / 2)
+    q = np.full((height, width), value, np.float32)
+    image = InverseDepthImage(inverse_depth=q, valid=q > 0, camera=camera, stride=1)
+    assert estimate_smoothings(image) == (SHARP, SMOOTH)
+
+
+@pytest.mark.parametrize("width", [360, 361, 720, 721])
+def test_images_are_reduced_until_they_are_no_wider_than_360(width: int) -> None:
+    camera = PinholeCamera(width=width, height=240, fx=300.0, fy=300.0, cx=width / 2, cy=119.5)
+    image = inverse_depth_from_frame(
+        frame_of_depth(np.full((240, width), 2.0, np.float32), camera), max_depth=6
+    )
+    assert image.stride == -(-width // 360)
+    assert image.camera.width == width // image.stride
+    assert image.camera.fx == pytest.approx(300.0 / image.stride)
+
+
+def test_pixels_5_percent_behind_the_nearest_of_their_block_are_left_out() -> None:
+    depth = np.full((480, 640), 2.0, np.float32)
+    # Two of the four pixels of each block lie 4 % or 6 % farther.
+    for farther, expected in ((1.04, 0.5 * (0.5 + 0.5 / 1.04)), (1.06, 0.5)):
+        mixed = depth.copy()
+        mixed[::2] *= farther
+        image = inverse_depth_from_frame(frame_of_depth(mixed, LARGE), max_depth=6)
+        np.testing.assert_allclose(image.inverse_depth, expected, rtol=1e-5)
+    empty = depth.copy()
+    empty[::2] = np.nan
+    image = inverse_depth_from_frame(frame_of_depth(empty, LARGE), max_depth=6)
+    np.testing.assert_allclose(image.inverse_depth, 0.5, rtol=1e-6)
+
+
+def test_windows_at_a_fold_are_no_inner_ones() -> None:
+    # Two planes that meet in a level edge, 40 degrees apart: a concave fold at row 120.
+    v = (np.arange(240) - 119.5) / 262.5
+    slope = np.tan(np.radians(20.0))
+    q = np.repeat((0.6 + 0.6 * slope * np.abs(v))[:, None], 320, axis=1).astype(np.float32)
+    image = InverseDepthImage(inverse_depth=q, valid=q > 0, camera=SMALL, stride=1)
+    surfaces = fit_surface_normals(image)
+    row = surfaces.points[:, 1] / surfaces.points[:, 2] * 262.5
+    near, away = np.abs(row) < 6, (np.abs(row) > 20) & (np.abs(row) < 100)
+    assert not surfaces.is_inner[near].any()
+    assert surfaces.is_inner[away].mean() > 0.95
