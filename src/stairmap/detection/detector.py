@@ -228,12 +228,17 @@ def _without_duplicates(
 ) -> tuple[StairObservation, ...]:
     """Keep the best of the accepted candidates that share a part of the image.
 
-    What winds keeps its part as well: a piece of it may look like a straight flight.
+    What winds keeps its part as well, before others of as many steps: a piece of it may look like a straight
+    flight.
     """
+
+    def winds(candidate: Candidate) -> bool:
+        return any(rejection.rule == "max_turn" for rejection in candidate.rejections)
+
     kept: list[tuple[Float64Array, StairObservation | None]] = []
-    for candidate in sorted(candidates, key=lambda item: -item.score):
-        winds = any(rejection.rule == "max_turn" for rejection in candidate.rejections)
-        if candidate.observation is None and not winds:
+    order = sorted(candidates, key=lambda item: (int(item.score), winds(item), item.score), reverse=True)
+    for candidate in order:
+        if candidate.observation is None and not winds(candidate):
             continue
         area = _area_of(candidate, image)
         if all(_overlap(area, other) <= MAX_OVERLAP for other, _ in kept):

@@ -48,8 +48,8 @@ MAX_TURN_STD = np.radians(15.0)
 TURN_BAND = 0.45
 """Rays within this share of a run of a riser tell how it is turned; a turned riser leaves a narrow band."""
 
-RAYS_PER_SAMPLE = 6.0
-"""Neighbouring rays err together: so many count as one independent sample."""
+RAYS_PER_SAMPLE = 1.5
+"""So many rays tell a turn like one independent sample: across the stairs neighbours err less together."""
 
 MIN_TURN_RAYS = 8
 """Fewest rays that tell how a step is turned."""
