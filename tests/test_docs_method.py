@@ -22,9 +22,8 @@ BEGIN, END = "<!-- constants: begin -->\n", "<!-- constants: end -->\n"
 
 MODULES = (
     *(f"detection/{name}.py" for name in (
-        "detector", "inverse_depth", "orientation", "elevation", "profile_segments", "crease_edges",
-        "jump_edges", "ledges", "lattice", "stair_pixels", "nosings", "refinement", "edge_lines",
-        "step_turns", "candidates", "rules", "observation", "tracing",
+        "detector", "inverse_depth", "orientation", "elevation", "nosing_search", "lattice", "profile", "fit",
+        "candidate", "evidence", "extents", "judgement", "observation", "tracing",
     )),
     *(f"modeling/{name}.py" for name in (
         "observation_table", "association", "fitting", "landings", "mapper",
@@ -96,7 +95,40 @@ def test_tolerances_are_those_of_the_code(formula, file):
 
 
 def test_page_quotes_tolerances_at_all():
-    assert len(re.findall(r"^\| .* \| `[^`]* spread[^`]*` \|", PAGE, re.M)) >= 2
+    assert len(re.findall(r"^\| .* \| `[^`]* noise[^`]*` \|", PAGE, re.M)) >= 2
+
+
+QUOTED = re.findall(r"`([A-Z][A-Z_]+)` = ([\d.]+°?)", PAGE.split(BEGIN)[0])
+
+
+@pytest.mark.parametrize(("name", "value"), QUOTED)
+def test_numbers_in_the_text_are_those_of_the_code(name, value):
+    table = re.findall(r"^\| [\w/.]+ \| (.*?) \| (.*?) \|", constants_table(), re.M)
+    values = [
+        float(number.rstrip("°"))
+        for names, shown in table
+        for mine, number in zip(names.split(), shown.split(", "), strict=False)
+        if mine == f"`{name}`"
+    ]
+    assert float(value.rstrip("°")) in values
+
+
+def test_text_quotes_numbers_at_all():
+    assert len(QUOTED) >= 8
+
+
+def test_files_in_the_table_of_steps_are_all_of_the_detector():
+    named = set(re.findall(r"`(?:\w+/)*(\w+\.py)`", PAGE.split("## From observations to stairways")[0]))
+    files = {path.name for path in (ROOT / "src" / "stairmap" / "detection").glob("*.py")}
+    assert files - named <= {"__init__.py", "observation.py", "tracing.py"}
+
+
+def test_rules_of_the_page_are_those_of_the_code():
+    folder = ROOT / "src" / "stairmap" / "detection"
+    source = "".join(path.read_text(encoding="utf-8") for path in folder.glob("*.py"))
+    rules = set(re.findall(r'(?:rule=|_broken\()"(\w+)"', source))
+    rules |= {f"{side}_{name}" for side in ("min", "max") for name in ("rise", "run", "pitch")}
+    assert {rule for rule in rules if f"`{rule}`" not in PAGE} == set()
 
 
 def test_named_files_exist():
