@@ -26,8 +26,8 @@ from stairmap.transforms import rotation_from_vector, transform_points
 MIN_RISER_ROWS = 15.0
 """A first riser seen over fewer rows than this may be too low for normals to show its heading."""
 
-RUN_TOLERANCE = 0.006
-RISE_TOLERANCES = (0.012, 0.0045, 0.003)
+RUN_TOLERANCE = 0.0025
+RISE_TOLERANCES = (0.009, 0.0045, 0.003)
 """Tolerance of rise with no, one, and more treads that are seen over four rows, m: without any, a shift of
 edges cannot be told from a rise in one frame."""
 
@@ -214,20 +214,10 @@ def make_view(
         make_view(0.1435, 0.2475, 1.2917, 3, distance=2.312, height=0.507, azimuth_deg=17.57, roll_deg=0.46,
                   turn_deg=3.02),
         make_view(0.2203, 0.2203, 2.538, 10, distance=1.0, height=1.1),
-        pytest.param(
-            make_view(0.1, 0.2911, 0.8, 15, distance=2.386, height=0.25, azimuth_deg=-40.1),
-            marks=pytest.mark.xfail(reason="risers of 14 rows, aside: no normals show the heading"),
-        ),
-        pytest.param(
-            make_view(0.17361, 0.34209, 0.6, 14, distance=2.507, height=0.25, azimuth_deg=-27.747,
-                      roll_deg=-5.275, turn_deg=-2.67),
-            marks=pytest.mark.xfail(reason="0.6 m wide, measured as 0.47: min_width"),
-        ),
-        pytest.param(
-            make_view(0.23275, 0.37116, 0.6, 19, distance=1.0, height=0.25, azimuth_deg=30.847,
-                      roll_deg=0.371),
-            marks=pytest.mark.xfail(reason="0.6 m wide, measured as 0.39: min_width"),
-        ),
+        make_view(0.1, 0.2911, 0.8, 15, distance=2.386, height=0.25, azimuth_deg=-40.1),
+        make_view(0.17361, 0.34209, 0.6, 14, distance=2.507, height=0.25, azimuth_deg=-27.747,
+                  roll_deg=-5.275, turn_deg=-2.67),
+        make_view(0.23275, 0.37116, 0.6, 19, distance=1.0, height=0.25, azimuth_deg=30.847, roll_deg=0.371),
     ],
     ids=["3 at 1 m", "4 at 2 m", "3 at 2.3 m", "steep at 1 m", "low, narrow and oblique", "narrow at 2.5 m",
          "narrow at 1 m"],

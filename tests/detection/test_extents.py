@@ -41,9 +41,9 @@ def side_wall(y: float) -> TriangleMesh:
 
 
 @pytest.mark.parametrize("width", [0.6, 0.9, 1.2, 1.6])
-@pytest.mark.parametrize(("sides", "tolerance"), [("walls", 0.006), ("drop-offs", 0.010)])
+@pytest.mark.parametrize(("sides", "tolerance"), [("walls", 0.007), ("drop-offs", 0.010)])
 def test_width_is_exact_to_a_pixel(width: float, sides: str, tolerance: float) -> None:
-    # At 1.9 m a pixel is 7 mm wide.
+    # At 1.9 m a pixel is 7 mm wide; walls held 6 mm while no shift of edges was counted.
     stairs = AnalyticStairs(rise=0.17, run=0.28, width=width, num_risers=6)
     walls = [side_wall(width / 2), side_wall(-width / 2)] if sides == "walls" else []
     observation = observe(*walls, stairs=stairs, pose=pose_towards(MIDDLE, distance=1.9, height=1.1))

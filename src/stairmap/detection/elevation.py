@@ -147,7 +147,7 @@ def make_grid(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevatio
 def sample_grid(
     image: InverseDepthImage, grid: ElevationGrid, slope: Float64Array, bearing: Float64Array
 ) -> Float32Array:
-    """Return the (R, N) inverse forward distance, 1/m, of rays of (R,) slopes and (N,) bearings; 0 where none was measured.
+    """Return the (R, N) inverse forward distance, 1/m, of (R,) slopes and (N,) bearings; 0 where none is.
 
     Between pixels of one surface it is interpolated, which is exact on planes; elsewhere the nearest counts.
     """
@@ -183,7 +183,9 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
         return None
     first, num_strips = _first_column(len(grid.bearing)), len(grid.bearing) // STRIP_WIDTH
     columns = np.arange(first, first + num_strips * STRIP_WIDTH, COLUMN_STEP)
-    cells = sample_grid(image, grid, grid.slope, grid.bearing[columns]).reshape(len(grid.slope), num_strips, -1)
+    cells = sample_grid(image, grid, grid.slope, grid.bearing[columns]).reshape(
+        len(grid.slope), num_strips, -1
+    )
     inside = grid.bearing[first : first + num_strips * STRIP_WIDTH].reshape(num_strips, STRIP_WIDTH)
     return Elevation(grid=grid, bearing=inside.mean(axis=1), inverse_distance=_average_cells(cells))
 

@@ -31,8 +31,9 @@ DEPTH_STEP, DEPTH_STEP_SQUARE = 0.06, 0.01
 """Past an end something is nearer or farther by at least this much, m, and so much more per square metre of
 distance, with which the noise of triangulating sensors grows."""
 
-MAX_RAMP = 8
-"""Most columns over which a smoothing sensor spreads an end."""
+RAMP_REACH = 2.5
+"""From a step's last column to the middle of the ramp that a smoothing sensor makes of its end, at most, in
+standard deviations of the smoothing: beyond, what falls away is a side that recedes."""
 
 MIN_COLUMNS = 3
 """Fewest columns of a row on a step."""
@@ -115,7 +116,12 @@ def measure_extents(
     # A step's distance is that of the row, so that columns are metres.
     distance = 1.0 / expected
     lateral = across * distance
-    return _extents(_Rows(cells=cells, on=on, lateral=lateral, distance=distance, step=row_step, shift=fitted.optics.shift), n)
+    optics = fitted.optics
+    followed = _Rows(
+        cells=cells, on=on, lateral=lateral, distance=distance, step=row_step, shift=optics.shift,
+        max_ramp=int(np.ceil(RAMP_REACH * optics.smoothing)),
+    )  # fmt: skip
+    return _extents(followed, n)
 
 
 def _rows_of_steps(slope: Float64Array, fitted: FittedProfile, predicted: Prediction) -> IntArray:
@@ -145,7 +151,8 @@ def _is_own(surface: IntArray, fitted: FittedProfile) -> Mask:
 class _Rows:
     """Rows of a grid that show steps; arrays are (R, C), ``step`` is (R,).
 
-    ``shift`` is how many columns the sensor moves the ends of near surfaces outward.
+    ``shift`` is how many columns the sensor moves the ends of near surfaces outward, ``max_ramp`` over how
+    many it may spread them.
     """
 
     cells: Float64Array
@@ -154,6 +161,7 @@ class _Rows:
     distance: Float64Array
     step: IntArray
     shift: float
+    max_ramp: int
 
 
 def _extents(rows: _Rows, n: int) -> StepExtents:
@@ -243,7 +251,7 @@ def _end_positions(rows: _Rows, row: IntArray, inner: IntArray, side: int, is_fr
     """Lateral position of each row's end, m: half a column past the last one on the step, or, where a sensor
     made a ramp of the end, where inverse distance is halfway to what follows."""
     num_columns = rows.cells.shape[1]
-    column = inner[:, None] + side * np.arange(1, MAX_RAMP + 1)
+    column = inner[:, None] + side * np.arange(1, rows.max_ramp + 1)
     in_image = (column >= 0) & (column < num_columns)
     q = rows.cells[row[:, None], column.clip(0, num_columns - 1)] * in_image
     own = 1.0 / rows.distance[row, inner]
