@@ -105,7 +105,6 @@ class Candidate:
     case: Case | None = None
     extents: StepExtents | None = None
 
-
     def ends(self) -> Points:
         """Return the (N, 3) ends of its steps, camera frame, m: as observed, else where it was found."""
         if self.observation is not None:
@@ -191,7 +190,9 @@ def _fit_seen_steps(
     scene: Scene, measured: Rays, everything: Rays, start: StairProfile
 ) -> tuple[FittedProfile, Evidence] | None:
     """Fit the steps that found a lattice, look which others there are, and fit those."""
-    profile, fitted = start, None
+    profile: StairProfile = start
+    fitted: FittedProfile | None = None
+    span = (0, 0)
     below, above = (TRIED_NEAR, TRIED_FAR) if start.run > 0 else (TRIED_FAR, TRIED_NEAR)
     for _ in range(MAX_ROUNDS):
         fitted = _fit_coarsely(scene, measured, profile, fitted)
@@ -200,9 +201,10 @@ def _fit_seen_steps(
         wider = fitted.profile.with_steps(below, above)
         evidence = count_evidence(turned_rays(everything, fitted), fitted, wider)
         found = (below, below + fitted.profile.num_steps - 1)
-        span = choose_steps(evidence, found)
-        if span is None or span[1] - span[0] < 1:
+        chosen = choose_steps(evidence, found)
+        if chosen is None or chosen[1] - chosen[0] < 1:
             return None
+        span = chosen
         profile = wider.with_steps(-span[0], span[1] + 1 - wider.num_steps)
         if span == found:
             break

@@ -252,7 +252,9 @@ def _area_of(candidate: Candidate, image: InverseDepthImage) -> Float64Array:
     if not np.isfinite(pixels).any():
         return np.zeros((2, 2))
     size = [image.camera.width - 1, image.camera.height - 1]
-    return np.stack([np.clip(np.nanmin(pixels, axis=0), 0, size), np.clip(np.nanmax(pixels, axis=0), 0, size)])
+    return np.stack(
+        [np.clip(np.nanmin(pixels, axis=0), 0, size), np.clip(np.nanmax(pixels, axis=0), 0, size)]
+    )
 
 
 def _overlap(first: Float64Array, second: Float64Array) -> float:

@@ -152,14 +152,14 @@ def sample_grid(
     Between pixels of one surface it is interpolated, which is exact on planes; elsewhere the nearest counts.
     """
     camera = image.camera
-    slope = slope.astype(np.float32)[:, None]
+    climb = slope.astype(np.float32)[:, None]
     across = bearing.astype(np.float32)[None, :]
     up, forward, left = (axis.astype(np.float32) for axis in (grid.up, grid.forward, grid.left))
-    depth = forward[2] + slope * up[2] + across * left[2]
+    depth = forward[2] + climb * up[2] + across * left[2]
     inverse = 1.0 / np.maximum(depth, np.float32(1e-3))
     fx, fy, cx, cy = (np.float32(value) for value in (camera.fx, camera.fy, camera.cx, camera.cy))
-    map_u = (forward[0] + slope * up[0] + across * left[0]) * inverse * fx + cx
-    map_v = (forward[1] + slope * up[1] + across * left[1]) * inverse * fy + cy
+    map_u = (forward[0] + climb * up[0] + across * left[0]) * inverse * fx + cx
+    map_v = (forward[1] + climb * up[1] + across * left[1]) * inverse * fy + cy
     nearest = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_NEAREST, borderValue=0)
     linear = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_LINEAR, borderValue=0)
     is_smooth = np.abs(linear - nearest) < np.float32(SAME_SURFACE) * nearest

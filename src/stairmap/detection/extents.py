@@ -50,9 +50,6 @@ MIN_BOUNDED_ROWS = 2
 BOUNDED_FACTOR = 2.0
 """An end is the step's own where this many times more rows say so than deny it."""
 
-END_STD = 0.5
-"""Standard deviation of a row's end, columns."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepExtents:

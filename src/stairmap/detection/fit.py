@@ -10,13 +10,14 @@ covariance is the inverse of the same equations.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Vector, readonly
 from stairmap.detection.elevation import Elevation
-from stairmap.detection.profile import Optics, Prediction, StairProfile, outline_of, tabulate
-from stairmap.geometry import cross, normalized
+from stairmap.detection.profile import MIN_FORWARD, Optics, Prediction, StairProfile, outline_of, tabulate
+from stairmap.geometry import normalized
 
 REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "ground", "slope")
 """The values of a regular profile in the order of the equations; the shift of edges follows."""
@@ -28,6 +29,9 @@ TILT, ROLL, TURN, OFFSETS = SHIFT + 1, SHIFT + 2, SHIFT + 3, SHIFT + 4
 
 OVERHANG_STD = 0.03
 """Codes allow overhangs of up to 32 mm (IBC), m."""
+
+BLENDED_SHARE = 0.5
+"""Share of what a sensor blends, at the nearest step, that the overhang may be off by."""
 
 THICKNESS_STD = 0.010
 """Fronts of treads are 20 to 50 mm thick about ``USUAL_THICKNESS``, m."""
@@ -266,7 +270,9 @@ class _State:
 
     def moved(self, change: Float64Array) -> _State:
         profile = self.profile
-        values = {name: float(getattr(profile, name) + change[i]) for i, name in enumerate(REGULAR)}
+        values: dict[str, Any] = {
+            name: float(getattr(profile, name) + change[i]) for i, name in enumerate(REGULAR)
+        }
         offsets = profile.offsets
         if len(change) > OFFSETS:
             offsets = offsets + change[OFFSETS:]
@@ -438,6 +444,9 @@ def _result(state: _State, matrix: Float64Array, known_shift: float, cost: float
     own = np.full(2 * n + 1, np.nan)
     own[: len(full) - OFFSETS] = np.sqrt(np.maximum(np.diag(full)[OFFSETS:], 0.0))
     overhang = REGULAR.index("overhang")
+    # A front lower than what the sensor blends hardly shows: the overhang is then no better known than that.
+    optics, near = state.optics, max(float(profile.nosing_distances.min()), MIN_FORWARD)
+    blended = BLENDED_SHARE * optics.smoothing * optics.row_size * near
     return FittedProfile(
         profile=profile,
         tilt=float(state.angles[0]),
@@ -447,7 +456,7 @@ def _result(state: _State, matrix: Float64Array, known_shift: float, cost: float
         noise=state.noise,
         covariance=full[np.ix_(order, order)],
         step_std=np.stack([own[:n], own[n + 1 :]], axis=1),
-        overhang_std=float(np.sqrt(full[overhang, overhang])),
+        overhang_std=float(np.hypot(np.sqrt(full[overhang, overhang]), blended)),
         rise_information=_rise_information(full, profile.rise, state.optics.shift - known_shift),
         cost=cost,
     )
@@ -464,8 +473,3 @@ def _rise_information(covariance: Float64Array, rise: float, shift: float) -> Fl
 def turned_rays(rays: Rays, fitted: FittedProfile) -> Rays:
     """Return rays in the axes of a fitted profile."""
     return rays.turned(fitted.tilt, fitted.roll, fitted.turn)
-
-
-def left_of(up: Vector, forward: Vector) -> Vector:
-    """The axis to the left, seen along forward."""
-    return cross(up, forward)
