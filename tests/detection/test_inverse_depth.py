@@ -220,7 +220,7 @@ def test_without_jumps_both_kinds_of_sensor_are_possible() -> None:
     assert estimate_smoothings(image) == (SHARP, SMOOTH)
 
 
-@pytest.mark.parametrize(("num", "tells"), [(MIN_JUMPS // 2 - 1, False), (MIN_JUMPS // 2, True)])
+@pytest.mark.parametrize(("num", "tells"), [(MIN_JUMPS // 2 - 1, False), (MIN_JUMPS // 2 + 1, True)])
 def test_ten_jumps_tell_how_a_sensor_smooths(num: int, tells: bool) -> None:
     # Every fourth row is looked at, and an edge between two pixels counts for both.
     image = image_of_jump()
@@ -248,6 +248,11 @@ def test_images_of_any_size_tell_a_smoothing_and_normals(size: tuple[int, int], 
     q = np.full((height, width), value, np.float32)
     image = InverseDepthImage(inverse_depth=q, valid=q > 0, camera=camera, stride=1)
     assert estimate_smoothings(image) == (SHARP, SMOOTH)
+    surfaces = fit_surface_normals(image)
+    assert len(surfaces.normals) == len(surfaces.points) == len(surfaces.residual) == len(surfaces.is_inner)
+    assert np.isfinite(surfaces.noise)
+    if min(size) < 2 or value == 0:
+        assert len(surfaces.normals) == 0
 
 
 @pytest.mark.parametrize("width", [360, 361, 720, 721])

@@ -196,6 +196,11 @@ def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (
         Width and height of the windows in pixels of the image reduced by two.
     """
     height, width = image.valid.shape
+    if min(height, width) < 2:
+        nothing = np.zeros((0, 3), dtype=np.float32)
+        return SurfaceNormals(
+            normals=nothing, points=nothing, residual=nothing[:, 0], is_inner=nothing[:, 0] > 0, noise=0.0
+        )
     small_size = (width // 2, height // 2)
     inside = image.inverse_depth[: height // 2 * 2, : width // 2 * 2]
     measured = np.asarray(inside > 0, dtype=np.float32)
