@@ -103,7 +103,9 @@ QUOTED = re.findall(r"`([A-Z][A-Z_]+)` = ([\d.]+°?)", PAGE.split(BEGIN)[0])
 
 @pytest.mark.parametrize(("name", "value"), QUOTED)
 def test_numbers_in_the_text_are_those_of_the_code(name, value):
+    session = _documented_constants(ROOT / "src" / "stairmap" / "session.py")
     table = re.findall(r"^\| [\w/.]+ \| (.*?) \| (.*?) \|", constants_table(), re.M)
+    table += [(" ".join(f"`{mine}`" for mine in names), shown) for names, shown, _ in session]
     values = [
         float(number.rstrip("°"))
         for names, shown in table

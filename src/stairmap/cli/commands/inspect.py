@@ -59,7 +59,7 @@ def inspect(
             "--output",
             "-o",
             metavar="FILE",
-            help="PNG that shows how the method came to its result in that frame.",
+            help="PNG that shows how the method came to its result in that frame (extra report).",
             rich_help_panel=OUTPUT,
             show_default=False,
         ),
