@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from stairmap.arrays import DepthImage, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.detection.inverse_depth import (
+    JUMP_STEP,
     MIN_JUMPS,
     SHARP,
     SMOOTH,
@@ -222,12 +223,13 @@ def test_without_jumps_both_kinds_of_sensor_are_possible() -> None:
 
 @pytest.mark.parametrize(("num", "tells"), [(MIN_JUMPS // 2 - 1, False), (MIN_JUMPS // 2 + 1, True)])
 def test_ten_jumps_tell_how_a_sensor_smooths(num: int, tells: bool) -> None:
-    # Every fourth row is looked at, and an edge between two pixels counts for both.
+    # Every JUMP_STEP-th row is looked at, and an edge between two pixels counts for both.
     image = image_of_jump()
     q = image.inverse_depth.copy()
-    q[4 * num :] = 1.0
+    end = JUMP_STEP * (num - 1) + 1
     # Its lower end would be a jump of columns.
-    q[4 * num - 3 : 4 * num + 4] = 0.0
+    q[end:] = 1.0
+    q[end : end + JUMP_STEP - 1] = 0.0
     found = estimate_smoothings(InverseDepthImage(inverse_depth=q, valid=q > 0, camera=SMALL, stride=1))
     assert (len(found) == 1) == tells
 

@@ -206,12 +206,13 @@ def _fit_seen_steps(
             return None
         span = chosen
         profile = wider.with_steps(-span[0], span[1] + 1 - wider.num_steps)
+        seen = evidence.of_steps(*span)
         if span == found:
             break
     fitted = fit_profile(
         measured, profile, noise=scene.noise, optics=scene.optics(), up_std=scene.up_std, around=fitted
     )
-    return None if fitted is None else (fitted, evidence.of_steps(*span))
+    return None if fitted is None else (fitted, seen)
 
 
 def _fit_coarsely(
