@@ -151,7 +151,10 @@ class StairEdgeDetector:
         if not candidates:
             limit = self._config.detection.min_steps
             return candidates, (Rejection(rule="min_steps", measured=0, limit=limit, unit="1"),), look.scenes
-        return candidates, max(candidates, key=lambda candidate: candidate.score).rejections, look.scenes
+        # One that was accepted may yet give way to what winds: that one's reasons count.
+        rejected = [candidate for candidate in candidates if candidate.rejections]
+        best = max(rejected, key=lambda candidate: candidate.score, default=candidates[0])
+        return candidates, best.rejections, look.scenes
 
 
 class _Look:
@@ -233,7 +236,9 @@ def _without_duplicates(
     """
 
     def winds(candidate: Candidate) -> bool:
-        return any(rejection.rule == "max_turn" for rejection in candidate.rejections)
+        # All of its steps are turned; along a wrong heading only those are that show it clearly.
+        measured = {rejection.rule: rejection.measured for rejection in candidate.rejections}
+        return "max_turn" in measured and measured.get("min_steps") == 0
 
     kept: list[tuple[Float64Array, StairObservation | None]] = []
     order = sorted(candidates, key=lambda item: (int(item.score), winds(item), item.score), reverse=True)

@@ -51,6 +51,9 @@ TURN_BAND = 0.45
 RAYS_PER_SAMPLE = 1.5
 """So many rays tell a turn like one independent sample: across the stairs neighbours err less together."""
 
+SIDE_MARGIN = 0.05
+"""So near to the ends of the stairs rays do not tell a turn, m: a strip's ray averages over that much."""
+
 MIN_TURN_RAYS = 8
 """Fewest rays that tell how a step is turned."""
 
@@ -110,7 +113,7 @@ def _broken(rule: str, measured: float, limit: float, unit: str) -> Rejection:
 
 def _check_steps(case: Case, min_steps: int) -> list[Rejection]:
     """Enough steps that were seen, each parallel to the others."""
-    turn, std = measure_turns(case.rays, case.fitted.profile)
+    turn, std = measure_turns(case.rays, case.fitted.profile, case.sides)
     turned, largest = find_turned(turn, std)
     is_seen = case.evidence.is_seen & ~turned
     found = []
@@ -181,7 +184,9 @@ def _check_not_flat(case: Case) -> list[Rejection]:
     return []
 
 
-def measure_turns(rays: Rays, profile: StairProfile) -> tuple[Float64Array, Float64Array]:
+def measure_turns(
+    rays: Rays, profile: StairProfile, sides: tuple[float, float] = (-np.inf, np.inf)
+) -> tuple[Float64Array, Float64Array]:
     """Measure how far each riser is turned out of the lateral axis.
 
     Parameters
@@ -190,6 +195,8 @@ def measure_turns(rays: Rays, profile: StairProfile) -> tuple[Float64Array, Floa
         Rays of the stairs' strips in the fitted axes.
     profile
         The fitted profile.
+    sides
+        Right and left end of the stairs, m: what stands there, or the side face of a step, is no riser.
 
     Returns
     -------
@@ -206,6 +213,7 @@ def measure_turns(rays: Rays, profile: StairProfile) -> tuple[Float64Array, Floa
     index = np.floor(phase).astype(np.int64)
     inside = measured & (index >= 0) & (index < n) & (np.abs(phase - index - 0.5) < 0.3)
     index = index.clip(0, n - 1)
+    inside &= ~((t < sides[0] + SIDE_MARGIN) | (t > sides[1] - SIDE_MARGIN))
     inside &= np.abs(s - profile.nosing_distances[index] - profile.overhang) < TURN_BAND * abs(profile.run)
     index, s, t = index[inside], s[inside], t[inside]
     count = np.bincount(index, minlength=n)
