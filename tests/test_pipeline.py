@@ -131,7 +131,7 @@ def test_an_unknown_method_is_a_config_error_that_names_the_known_ones() -> None
 
 
 def test_the_configuration_reaches_the_detector(depth: Float64Array) -> None:
-    config = Config.model_validate({"detection": {"min_steps": 8}})
+    config = Config.model_validate({"detection": {"min_steps": 9}})
     assert detect(depth, KINECT_CAMERA, up=UP)
     assert not detect(depth, KINECT_CAMERA, up=UP, config=config)
 
