@@ -26,6 +26,21 @@ MIN_CLOSE_SHARE, MIN_HONEST_SHARE = 0.95, 0.93
 """Shares of single risers within 4 mm, and within two of their deviations as everywhere in ``goals``."""
 
 
+BEFORE = (
+    "39 of 95 (41 %)",
+    "rms 2.9 / 2.9 mm, 11 beyond",
+    "not measured",
+    "54 of 152 (36 %), upright all",
+    "rms 4.4 mm",
+    "18 of 24 (75 %)",
+    "33 of 40, 40 with a wall",
+    "0 of 1270",
+    "rms 7.3 mm, worst 38.0 mm",
+    "40 of 60",
+)
+"""What the detector of commit 73e5eef gave on the same views, before one profile took its place."""
+
+
 def main() -> None:
     """Judge the methods on all kinds; write the section, or only print it."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -44,7 +59,11 @@ def main() -> None:
             parts += ["### Goals, default method"]
             parts += [
                 format_table(
-                    ("goal", "measured", "met"), [goal.cells() for goal in find_kind_goals(judgements)]
+                    ("goal", "at 73e5eef", "measured", "met"),
+                    [
+                        (goal.text, before, *goal.cells()[1:])
+                        for goal, before in zip(find_kind_goals(judgements), BEFORE, strict=True)
+                    ],
                 )
             ]
         parts += [f"### By kind: {method}", format_kinds("kind", judgements)]
