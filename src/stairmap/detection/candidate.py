@@ -27,8 +27,9 @@ search."""
 MAX_ROUNDS = 3
 """How often the steps that are seen are fitted and looked for again."""
 
-OPEN_SHARE = 0.35
-"""Where more than this share of the rays towards risers go through, the same steps are tried as slabs."""
+OPEN_SHARE = 0.08
+"""Where more than this share of the rays towards risers go through, the same steps are tried as slabs: of
+closed risers no more than that are missed."""
 
 MIN_STEP_ROWS, MAX_ROW_STEP = 12, 3
 """Rows of the farthest step found that are kept, and the most rows of which one is taken: more would tell the

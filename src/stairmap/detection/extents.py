@@ -27,6 +27,9 @@ LOOK_OUTWARD = np.array([0.0, 0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.10, 0.125, 
 WALL_NEAR, WALL_FAR = -0.05, 0.10
 """What is nearer than the step, between so far inside and outside of its end, m, is a wall there."""
 
+MAX_WALL_GAP = 0.30
+"""A wall that stands at a step's end comes nearer from there by no more than this at once, m."""
+
 DEPTH_STEP, DEPTH_STEP_SQUARE = 0.06, 0.01
 """Past an end something is nearer or farther by at least this much, m, and so much more per square metre of
 distance, with which the noise of triangulating sensors grows."""
@@ -239,7 +242,11 @@ def _look_outward(rows: _Rows, row: IntArray, inner: IntArray, side: int) -> _Be
     )
     is_free = (first_farther < first_nearer) & (first_farther < never)
     hidden = (first_nearer < never) & ~is_free
-    at_wall = hidden & (first_farther == never) & (is_wall.sum(axis=1) > 0.5 * is_nearer.sum(axis=1))
+    # A wall begins where the step ends; what stands before the stairs leaves a gap of depth.
+    begins = q[np.arange(len(q)), first_nearer.clip(0, never - 1)]
+    touches = distance - 1.0 / np.maximum(begins, 1e-6) < MAX_WALL_GAP
+    at_wall = hidden & touches & (first_farther == never)
+    at_wall &= is_wall.sum(axis=1) > 0.5 * is_nearer.sum(axis=1)
     cut = ~is_free & ~hidden & (first_outside < never)
     return _Beyond(is_bounded=is_free | at_wall, is_free=is_free, is_cut=(hidden & ~at_wall) | cut)
 

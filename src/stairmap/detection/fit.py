@@ -256,7 +256,8 @@ def fit_profile(
         state = state.moved(change)
         if not state.is_sane(start):
             return None
-    return _result(state, matrix, optics.shift, table.cost())
+    result = _result(state, matrix, optics.shift, table.cost())
+    return result if (np.diag(result.covariance) > 0).all() else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
