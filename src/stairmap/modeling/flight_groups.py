@@ -7,7 +7,6 @@ bit, as if all had been grouped and fitted anew.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,7 +28,6 @@ MAX_INCOMING_SHARE = 0.25
 that need not be would cost more."""
 
 
-@dataclass(slots=True, kw_only=True, eq=False)
 class GroupFit:
     """A group, the flight that it confirms, and what the mapper has found out about it since.
 
@@ -49,13 +47,10 @@ class GroupFit:
         Whether looks speak against it.
     """
 
-    group: ObservationGroup
-    fitted: FittedFlight | None
-    widened: FittedFlight | None = None
-    num_looks: int = 0
-    absent_ns: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    present_ns: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    is_withdrawn: bool = False
+    def __init__(self, group: ObservationGroup, fitted: FittedFlight | None) -> None:
+        self.group, self.fitted = group, fitted
+        self.widened: FittedFlight | None = None
+        self.forget_looks()
 
     def take_looks(self, stamps_ns: IntArray, is_absent: Mask, seen_ns: IntArray) -> None:
         """Let looks at the flight count, beside the observations at ``seen_ns``."""
@@ -66,7 +61,8 @@ class GroupFit:
     def forget_looks(self) -> None:
         """Begin anew with the looks: some of them are elsewhere now."""
         self.num_looks = 0
-        self.absent_ns = self.present_ns = np.zeros(0, dtype=np.int64)
+        self.absent_ns: IntArray = np.zeros(0, dtype=np.int64)
+        self.present_ns: IntArray = np.zeros(0, dtype=np.int64)
         self.is_withdrawn = False
 
 
@@ -114,7 +110,7 @@ class FlightGroups:
             same = unmoved.get(group.members.tobytes())
             if same is not None:
                 same.group = group
-            kept.append(GroupFit(group=group, fitted=self._fit(group.members)) if same is None else same)
+            kept.append(GroupFit(group, self._fit(group.members)) if same is None else same)
         self._groups = kept
         return True
 
