@@ -224,7 +224,7 @@ def test_gaps_up_to_20_cm_are_bridged(width: float, is_bridged: bool, inverse_di
     assert found.right_bounded.all()
 
 
-@pytest.mark.parametrize(("behind", "is_bounded"), [(0.07, False), (0.14, True)])
+@pytest.mark.parametrize(("behind", "is_bounded"), [(0.085, False), (0.14, True)])
 def test_what_bounds_a_step_is_farther_by_10_cm_at_2_m(behind: float, is_bounded: bool) -> None:
     beyond = 1.0 / (1.0 / STEP_Q + behind)
     found = extents_of(stairs_between(-0.6, 0.6, beyond))
@@ -250,6 +250,14 @@ def test_a_wall_bounds_a_step_where_it_touches_its_end(left: float, nearer: floa
     found = extents_of(q)
     assert found.left_bounded[0] == is_bounded
     assert found.left[0] == pytest.approx(left, abs=0.012)
+
+
+@pytest.mark.parametrize(("until", "is_bounded"), [(0.27, True), (0.335, False)])
+def test_a_wall_stands_no_farther_out_than_10_cm(until: float, is_bounded: bool) -> None:
+    # Nothing is measured between the step's end at 0.2 m and something 0.2 m nearer.
+    q = np.where(ACROSS < until, 0.0, 1.0 / (1.0 / STEP_Q - 0.2))
+    found = extents_of(np.where(ACROSS < 0.2, stairs_between(-0.6, 9.0), q))
+    assert found.left_bounded[0] == is_bounded
 
 
 def test_a_wall_that_runs_along_the_stairs_bounds_them() -> None:
