@@ -11,6 +11,7 @@ from analytic_stairs import AnalyticStairs, pose_looking
 from solid_scenes import FLOOR, frame_of, pose_towards, room, stairs_solid
 from stairmap.arrays import Transform
 from stairmap.config import Config
+from stairmap.detection.candidate import Candidate
 from stairmap.detection.detector import StairEdgeDetector
 from stairmap.detection.observation import Detection, Rejection
 from stairmap.frame import DepthFrame
@@ -198,3 +199,8 @@ def test_winders_are_none(growth_deg: float, height: float) -> None:
 def test_a_single_turned_step_is_left_out() -> None:
     detection = detect_turned([0.0, 0.0, 0.0, 0.0, 0.0, 20.0])
     assert [observation.num_steps for observation in detection.observations] == [5]
+
+
+def test_a_candidate_that_no_profile_fits_has_no_ends() -> None:
+    nothing = Candidate(observation=None, rejections=(), score=0.0, scene=None, lattice=None)  # type: ignore[arg-type]
+    assert nothing.ends().shape == (0, 3)

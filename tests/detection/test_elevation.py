@@ -12,8 +12,6 @@ from solid_scenes import FLOOR, frame_of, stairs_solid
 from stairmap.arrays import Transform, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.detection.elevation import (
-    MIN_FORWARD,
-    STRIP_WIDTH,
     Elevation,
     make_elevation,
     make_grid,
@@ -23,6 +21,10 @@ from stairmap.detection.elevation import (
 from stairmap.detection.inverse_depth import InverseDepthImage, inverse_depth_from_frame
 from stairmap.geometry import normalized
 from stairmap.simulation.triangle_mesh import TriangleMesh, make_wall
+
+MIN_FORWARD = 0.15
+STRIP_WIDTH = 16
+"""Limits that hold, written again: who changes one changes it here as well."""
 
 HEIGHT = 0.8
 ATTITUDES = {

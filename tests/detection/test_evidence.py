@@ -12,10 +12,6 @@ from side_profiles import grid_of
 from stairmap.arrays import Float64Array, Mask
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.evidence import (
-    MAX_TOLERANCE_SHARE,
-    MIN_RAYS,
-    NUM_SIGMA,
-    SURFACE_TOLERANCE,
     Evidence,
     all_rays,
     choose_steps,
@@ -26,6 +22,12 @@ from stairmap.detection.evidence import (
 )
 from stairmap.detection.fit import Rays
 from stairmap.detection.profile import StairProfile, Surface
+
+MIN_RAYS = 4
+NUM_SIGMA = 3.0
+SURFACE_TOLERANCE = 0.012
+MAX_TOLERANCE_SHARE = 0.3
+"""Limits that hold, written again: who changes one changes it here as well."""
 
 UP, DOWN = make_profile(), make_descending()
 
@@ -297,6 +299,25 @@ def test_only_rays_between_the_sides_are_compared_with_a_flat_surface() -> None:
     assert flatness(wall, UP, sides=(5.0, 6.0)) == 1.0
     nothing = replace(rays, inverse_distance=np.zeros(len(rays.slope)))
     assert flatness(nothing, UP) == 1.0
+
+
+def test_what_stands_before_a_flat_surface_does_not_make_it_steps() -> None:
+    # A ramp of which a fifth is hidden by something 0.3 1/m nearer, more of it farther up.
+    rays = measure(UP)
+    steep = UP.rise / UP.run
+    foot = UP.height - 0.5 * UP.rise - steep * UP.distance
+    q = np.maximum((rays.slope - steep) / foot, 0.05)
+    hidden = np.random.default_rng(1).random(len(q)) < 0.4 * (rays.slope + 0.8)
+    ramp = replace(rays, inverse_distance=np.where(hidden, q + 0.3, q))
+    assert flatness(ramp, UP) > 0.85
+    assert flatness(where(measure(UP), hidden, measure(UP).inverse_distance + 0.3), UP) < 0.5
+
+
+def test_rays_within_three_sigma_of_a_surface_are_on_it() -> None:
+    # Noise that is more than the unevenness of surfaces: hardly a ray is off by chance.
+    evidence = evidence_of(measure(UP, noise=0.006), UP, noise=0.006)
+    off = evidence.nearer.sum() + evidence.farther.sum() + evidence.farther_tread.sum()
+    assert off < 0.01 * (evidence.on.sum() + evidence.on_tread.sum())
 
 
 @pytest.mark.parametrize("profile", [UP, DOWN], ids=["up", "down"])

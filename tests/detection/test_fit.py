@@ -13,12 +13,6 @@ from side_profiles import grid_of, scan, stairs_profile
 from stairmap.arrays import Float64Array
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.fit import (
-    EDGE_SHIFT_STD,
-    MIN_NOISE,
-    OVERHANG_STD,
-    RAYS_PER_SAMPLE,
-    THICKNESS_STD,
-    TURN_STD,
     FittedProfile,
     Rays,
     fit_profile,
@@ -26,6 +20,14 @@ from stairmap.detection.fit import (
     turned_rays,
 )
 from stairmap.detection.profile import StairProfile
+
+EDGE_SHIFT_STD = 2.0
+MIN_NOISE = 0.0001
+OVERHANG_STD = 0.03
+THICKNESS_STD = 0.01
+TURN_STD = np.radians(10.0)
+RAYS_PER_SAMPLE = 6.0
+"""Limits that hold, written again: who changes one changes it here as well."""
 
 UP_STD = np.radians(0.4)
 

@@ -12,9 +12,6 @@ from stairmap.arrays import DepthImage, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.detection.inverse_depth import (
     JUMP_STEP,
-    MIN_JUMPS,
-    SHARP,
-    SMOOTH,
     InverseDepthImage,
     estimate_smoothings,
     fit_surface_normals,
@@ -23,6 +20,11 @@ from stairmap.detection.inverse_depth import (
 from stairmap.detection.orientation import correct_up
 from stairmap.frame import DepthFrame
 from stairmap.geometry import normalized
+
+MIN_JUMPS = 10
+SHARP = 0.5
+SMOOTH = 2.0
+"""Limits that hold, written again: who changes one changes it here as well."""
 
 SMALL = PinholeCamera(width=320, height=240, fx=262.5, fy=262.5, cx=159.5, cy=119.5)
 LARGE = SMALL.scaled(2.0)

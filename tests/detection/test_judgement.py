@@ -15,10 +15,6 @@ from stairmap.config import Config
 from stairmap.detection.evidence import Evidence, count_evidence
 from stairmap.detection.fit import Rays
 from stairmap.detection.judgement import (
-    MAX_GROWTH,
-    MAX_HIDDEN,
-    MAX_IRREGULARITY,
-    MAX_TURN,
     Case,
     common_extent,
     find_rejections,
@@ -27,6 +23,12 @@ from stairmap.detection.judgement import (
 )
 from stairmap.detection.observation import Rejection
 from stairmap.detection.profile import StairProfile
+
+MAX_GROWTH = np.radians(2.0)
+MAX_HIDDEN = 0.6
+MAX_IRREGULARITY = 0.035
+MAX_TURN = np.radians(6.0)
+"""Limits that hold, written again: who changes one changes it here as well."""
 
 UP = make_profile()
 CONFIG = Config()

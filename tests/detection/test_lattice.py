@@ -12,15 +12,17 @@ from hypothesis import strategies as st
 from stairmap.arrays import Float64Array
 from stairmap.config import EnvelopeConfig
 from stairmap.detection.lattice import (
-    MAX_GROUP_DISTANCE,
-    MAX_GROUP_HEIGHT,
-    MAX_STRIPS_COUNTED,
     Lattice,
     NosingGroups,
     find_lattices,
     group_corners,
 )
 from stairmap.detection.nosing_search import Corners
+
+MAX_GROUP_DISTANCE = 0.09
+MAX_GROUP_HEIGHT = 0.05
+MAX_STRIPS_COUNTED = 12
+"""Limits that hold, written again: who changes one changes it here as well."""
 
 NUM_STRIPS = 20
 NOISE = 2e-4

@@ -11,14 +11,16 @@ from side_profiles import Profile, descending_profile, grid_of, scan, stairs_pro
 from stairmap.arrays import Float64Array
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.nosing_search import (
-    MIN_CORNER,
-    MIN_JUMP,
-    MIN_NOTHING_ROWS,
-    MIN_PAIRS,
     Corners,
     find_corners,
     find_turns,
 )
+
+MIN_CORNER = np.radians(40.0)
+MIN_JUMP = 0.1
+MIN_NOTHING_ROWS = 8
+MIN_PAIRS = 5
+"""Limits that hold, written again: who changes one changes it here as well."""
 
 BACK_WALL = ((5.0, -3.0), (5.0, 4.0))
 ROW = 1.65 / 329

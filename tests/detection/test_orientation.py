@@ -18,9 +18,6 @@ from stairmap.detection.inverse_depth import (
     inverse_depth_from_frame,
 )
 from stairmap.detection.orientation import (
-    GIVEN_UP_STD,
-    MAX_RESIDUAL,
-    POSE_UP_STD,
     CorrectedUp,
     correct_up,
     estimate_up,
@@ -32,6 +29,11 @@ from stairmap.frame import DepthFrame
 from stairmap.geometry import angle_between, normalized
 from stairmap.simulation.triangle_mesh import TriangleMesh, make_prism, make_wall
 from stairmap.transforms import rotation_from_vector
+
+GIVEN_UP_STD = np.radians(2.0)
+MAX_RESIDUAL = 1.5
+POSE_UP_STD = np.radians(0.4)
+"""Limits that hold, written again: who changes one changes it here as well."""
 
 LIMIT = np.radians(6.0)
 CORRIDOR = room(ahead=5.0, aside=1.5)

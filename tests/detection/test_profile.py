@@ -13,8 +13,6 @@ from scipy.special import ndtr
 
 from stairmap.arrays import Float64Array, IntArray
 from stairmap.detection.profile import (
-    BEHIND_SHARE,
-    MIN_FORWARD,
     Optics,
     Outline,
     Prediction,
@@ -24,6 +22,10 @@ from stairmap.detection.profile import (
     predict,
     tabulate,
 )
+
+BEHIND_SHARE = 0.5
+MIN_FORWARD = 0.1
+"""Limits that hold, written again: who changes one changes it here as well."""
 
 ROW = 1 / 290
 SHARP = Optics(row_size=ROW, smoothing=0.0, shift=0.0)
