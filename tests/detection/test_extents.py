@@ -255,7 +255,7 @@ def test_a_wall_bounds_a_step_where_it_touches_its_end(left: float, nearer: floa
 @pytest.mark.parametrize(("until", "is_bounded"), [(0.27, True), (0.335, False)])
 def test_a_wall_stands_no_farther_out_than_10_cm(until: float, is_bounded: bool) -> None:
     # Nothing is measured between the step's end at 0.2 m and something 0.2 m nearer.
-    q = np.where(ACROSS < until, 0.0, 1.0 / (1.0 / STEP_Q - 0.2))
+    q = np.where(until > ACROSS, 0.0, 1.0 / (1.0 / STEP_Q - 0.2))
     found = extents_of(np.where(ACROSS < 0.2, stairs_between(-0.6, 9.0), q))
     assert found.left_bounded[0] == is_bounded
 

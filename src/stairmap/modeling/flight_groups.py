@@ -7,7 +7,6 @@ bit, as if all had been grouped and fitted anew.
 
 from __future__ import annotations
 
-
 import numpy as np
 
 from stairmap.arrays import IntArray, Mask
@@ -50,7 +49,10 @@ class GroupFit:
     def __init__(self, group: ObservationGroup, fitted: FittedFlight | None) -> None:
         self.group, self.fitted = group, fitted
         self.widened: FittedFlight | None = None
-        self.forget_looks()
+        self.num_looks = 0
+        self.absent_ns: IntArray = np.zeros(0, dtype=np.int64)
+        self.present_ns: IntArray = np.zeros(0, dtype=np.int64)
+        self.is_withdrawn = False
 
     def take_looks(self, stamps_ns: IntArray, is_absent: Mask, seen_ns: IntArray) -> None:
         """Let looks at the flight count, beside the observations at ``seen_ns``."""
@@ -61,8 +63,7 @@ class GroupFit:
     def forget_looks(self) -> None:
         """Begin anew with the looks: some of them are elsewhere now."""
         self.num_looks = 0
-        self.absent_ns: IntArray = np.zeros(0, dtype=np.int64)
-        self.present_ns: IntArray = np.zeros(0, dtype=np.int64)
+        self.absent_ns = self.present_ns = np.zeros(0, dtype=np.int64)
         self.is_withdrawn = False
 
 
