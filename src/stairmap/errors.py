@@ -73,6 +73,10 @@ class OutputError(StairmapError):
     """A result cannot be written."""
 
 
+class ResultsError(StairmapError):
+    """A run folder, or a file in it, cannot be read."""
+
+
 class MissingPackageError(StairmapError):
     """An optional package is needed for what was asked.
 

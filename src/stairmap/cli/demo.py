@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import typer
 
+from stairmap.cli.exits import warn
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
@@ -84,6 +85,7 @@ def run_demo(*, output: Path | None, as_json: bool) -> int:
     # Learn that the ray caster is not installed before a folder is made.
     RayCaster(scene.mesh)
     with create_run_folder(output, "demo") as folder:
+        folder.on_failure = warn
         typer.echo(f"rendering {NUM_FRAMES} frames: {ROBOT}, {SENSOR}, odometry error", err=True)
         with FrameProgress(None) as progress:
             write_simulation(

@@ -13,7 +13,6 @@ import typer
 from stairmap.cli.evaluate_request import EvaluateRequest
 from stairmap.cli.trial_progress import TrialProgress
 from stairmap.config import Config, load_config
-from stairmap.errors import OutputError
 from stairmap.evaluation.convergence import draw_convergences, record_convergence
 from stairmap.evaluation.detection_rates import QUICK_GRID, RateGrid, RatePanel, measure_panels
 from stairmap.evaluation.frame_judging import FrameJudgement
@@ -25,6 +24,7 @@ from stairmap.evaluation.suites import SIMULATED_SUITES, TrialChoice, make_specs
 from stairmap.evaluation.tables import format_all, format_real
 from stairmap.evaluation.trials import TrialResult, TrialSpec
 from stairmap.evaluation.view_running import make_view_specs, run_views
+from stairmap.output_files import output_error, write_whole
 from stairmap.pipeline import METHODS
 from stairmap.simulation.kinds import ViewSpec
 from stairmap.simulation.robots import ROBOTS
@@ -196,6 +196,6 @@ def _write_text(path: Path, text: str) -> None:
 def _write(path: Path, data: bytes) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
     except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+        raise output_error(path, error) from error
+    write_whole(path, data)

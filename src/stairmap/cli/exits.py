@@ -16,6 +16,11 @@ EXIT_INTERRUPTED = 130
 _DEBUG_KEY = "stairmap.debug"
 
 
+def warn(sentence: str) -> None:
+    """Tell on stderr of something that does not stop the command."""
+    typer.echo(f"warning: {' '.join(sentence.split())}", err=True)
+
+
 class CommandGroup(TyperGroup):
     """Commands whose ``StairmapError`` becomes one line on stderr and exit code 1."""
 

@@ -21,10 +21,11 @@ from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import InspectRequest
 from stairmap.config import load_config
 from stairmap.detection.observation import Detection
-from stairmap.errors import OutputError, RecordingError, StairmapError
+from stairmap.errors import RecordingError, StairmapError
 from stairmap.export.results import null_for_nan
 from stairmap.frame import DepthFrame
 from stairmap.inspection import FrameStatistics, measure_frames
+from stairmap.output_files import write_whole
 from stairmap.pipeline import make_detector
 from stairmap.recordings.bags.recording import BagRecording
 from stairmap.recordings.base import Recording
@@ -51,6 +52,7 @@ def inspect_recording(request: InspectRequest) -> int:
             statistics = measure_frames(
                 recording,
                 max_depth=max_depth,
+                knows_up=request.input.up == "auto",
                 should_stop=lambda: bool(interrupt),
                 on_frame=progress.advance,
             )
@@ -101,7 +103,7 @@ def _describe_recording(recording: Recording, statistics: FrameStatistics) -> di
         "num_up_from_pose": statistics.num_up_from_pose,
         "num_up_from_camera": statistics.num_up_from_camera,
         "num_up_from_floor": statistics.num_up_unknown,
-        "problems": [*filter(None, [statistics.up_doubt]), *recording.problems.to_lines()],
+        "problems": [*filter(None, [statistics.pose_mistake]), *recording.problems.to_lines()],
     } | ({"bag": describe_bag(recording)} if isinstance(recording, BagRecording) else {})
 
 
@@ -162,10 +164,7 @@ def _inspect_frame(recording: Recording, request: InspectRequest, number: int) -
         for line in _describe_detection(detection):
             typer.echo(line)
     if request.output is not None:
-        try:
-            request.output.write_bytes(trace_png(frame, detection))
-        except OSError as error:
-            raise OutputError(f"cannot write the picture {request.output}: {error.strerror}") from error
+        write_whole(request.output, trace_png(frame, detection))
         if not request.as_json:
             typer.echo(str(request.output))
 
