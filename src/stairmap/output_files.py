@@ -15,6 +15,9 @@ from typing import IO
 
 from stairmap.errors import OutputError
 
+MIN_ROOM = 32 * 1024
+"""Space that the shortest results need, bytes; a disk with less is full."""
+
 SYNC_PERIOD = 10.0
 """Time between two orders to put a log's lines on the disk itself, s: what a pulled plug may cost."""
 
@@ -90,6 +93,31 @@ def check_new_folder(path: Path, *, option: str = "--output") -> None:
             )
     except OSError as error:
         raise output_error(path, error) from error
+
+
+def check_has_room(folder: Path) -> None:
+    """Refuse a folder on a disk that is full already.
+
+    Raises
+    ------
+    OutputError
+        If less than ``MIN_ROOM`` is free.
+    """
+    free = _free_space(folder)
+    if free is not None and free < MIN_ROOM:
+        raise OutputError(
+            f"cannot write to {folder}: the disk is full ({free // 1024} KiB are free); make room or choose "
+            "another folder with --output"
+        )
+
+
+def _free_space(folder: Path) -> int | None:
+    """Bytes that a user may still write to the disk of a folder; ``None`` where nothing tells."""
+    try:
+        status = os.statvfs(folder)
+    except (OSError, AttributeError):
+        return None
+    return status.f_bavail * status.f_frsize if status.f_blocks else None
 
 
 def partial_path(path: Path) -> Path:
@@ -180,7 +208,7 @@ class ReservedSpace:
     folder
         A folder on the disk. Where nothing can be reserved in it, nothing is.
     size
-        Bytes.
+        Bytes; at most half of what is free.
     """
 
     def __init__(self, folder: Path, size: int) -> None:
@@ -190,7 +218,8 @@ class ReservedSpace:
             file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115
             with contextlib.ExitStack() as on_error:
                 on_error.callback(file.close)
-                os.posix_fallocate(file.fileno(), 0, size)
+                free = _free_space(folder)
+                os.posix_fallocate(file.fileno(), 0, size if free is None else max(1, min(size, free // 2)))
                 on_error.pop_all()
                 self._file = file
 

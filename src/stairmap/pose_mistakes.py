@@ -196,7 +196,9 @@ class PoseWatch:
         is_near = up @ np.array(UP_AXES[axis]) >= np.cos(np.radians(AXIS_TOLERANCE_DEG))
         others = [name for name in POSE_FORMATS if self._level_share(name) >= MIN_LEVEL_SHARE]
         # Frames that overlap have told that the poses are otherwise right; without them, it may be the poses.
-        doubts = "" if self._shares else "".join(f"; if {_CAUSES[name]}: --pose-format {name}" for name in others)
+        doubts = (
+            "" if self._shares else "".join(f"; if {_CAUSES[name]}: --pose-format {name}" for name in others)
+        )
         return (
             f"by the poses the floor is tilted by {angle_deg:.0f} deg, in {levelling.num_agreeing} of "
             f"{self._num_asked} frames asked: z of the map does not point up; pass "

@@ -77,7 +77,7 @@ PoseFormatOption: TypeAlias = Annotated[
     typer.Option(
         "--pose-format",
         metavar="WORDS",
-        help="How poses are written: wxyz, mm, inverse, body, or several: wxyz,mm. Default: optical, xyzw, m.",
+        help="How poses are written: wxyz, mm, inverse, body; several: wxyz,mm. Default: xyzw, m, optical.",
         rich_help_panel=INPUT,
         show_default=False,
     ),

@@ -104,8 +104,8 @@ def _open(run: Path, path: Path | None) -> Recording:
         return replace(reference, path=path).open()
     if reference is None:
         raise ConfigError(
-            f"there is no map to plan on: {run} does not say where its recording is; pass --recording PATH or "
-            "--map LEVEL=FILE"
+            f"there is no map to plan on: {run} does not say where its recording is; pass --recording PATH "
+            "or --map LEVEL=FILE"
         )
     return reference.open()
 

@@ -28,6 +28,7 @@ from stairmap.export.mesh import ply_from_stairways
 from stairmap.output_files import (
     LineLog,
     ReservedSpace,
+    check_has_room,
     check_new_folder,
     output_error,
     write_whole,
@@ -49,6 +50,8 @@ DETECTIONS_FILE = "detections.jsonl"
 TRAJECTORY_FILE = "trajectory.tum"
 
 
+SUMMARY_FILE = "summary.txt"
+SURFACE_FILE = "stairways.ply"
 LOG_FILE = "log.txt"
 CONFIG_FILE = "config.yaml"
 
@@ -126,8 +129,8 @@ class RunFolder:
         if self._failures:
             names = ", ".join(sorted(self._failures))
             raise OutputError(
-                f"not everything could be written to {self.path}: {next(iter(self._failures.values()))} "
-                f"(missing or cut short: {names}); make room or choose another folder with --output"
+                f"{next(iter(self._failures.values()))}; missing or cut short: {names}; make room or choose "
+                "another folder with --output"
             )
 
     def release_reserve(self) -> None:
@@ -180,11 +183,11 @@ class RunFolder:
 
     def write_mesh(self, stairways: Sequence[Stairway]) -> Path:
         """Write ``stairways.ply``: the clean surface of all stairways, with orange nosings."""
-        return self.write_bytes("stairways.ply", ply_from_stairways(stairways))
+        return self.write_bytes(SURFACE_FILE, ply_from_stairways(stairways))
 
     def write_summary(self, text: str) -> Path:
         """Write ``summary.txt``; see ``stairmap.export.summary``."""
-        return self.write_text("summary.txt", text)
+        return self.write_text(SUMMARY_FILE, text)
 
     def write_report(self, html: str) -> Path:
         """Write ``report.html``; see ``stairmap.visualization.report``."""
@@ -229,14 +232,14 @@ class RunFolder:
                 self._logs[name] = LineLog(path)
             self._logs[name].append(line)
         except OSError as error:
-            self._note_failure(name, f"{output_error(path, error)} any more; the run goes on")
+            self._note_failure(name, str(output_error(path, error)), more=" any more; the run goes on")
 
-    def _note_failure(self, name: str, sentence: str) -> None:
+    def _note_failure(self, name: str, sentence: str, *, more: str = "") -> None:
         # One sentence for all overlays, not one a frame.
         name = f"{name.partition('/')[0]}/" if "/" in name else name
         if name not in self._failures:
             self._failures[name] = sentence
-            self.on_failure(sentence)
+            self.on_failure(sentence + more)
 
     def _close_logs(self) -> None:
         while self._logs:
@@ -276,6 +279,11 @@ def create_run_folder(output: Path | None, recording_name: str) -> RunFolder:
         If the folder is not empty, is a file, or cannot be created or written to.
     """
     path = _next_results_folder(recording_name) if output is None else _prepare_output(output)
+    try:
+        check_has_room(path)
+    except OutputError:
+        path.rmdir()
+        raise
     folder = RunFolder(path)
     # Learn now, not after an hour of frames, that nothing can be written here.
     folder.write_text(DETECTIONS_FILE, "")
