@@ -167,7 +167,7 @@ def kill_after(process, seconds):
 
 
 def check_killed_run(folder, tmp_path):
-    """Whatever moment it was: every command can use the folder or says in a line that there is nothing yet."""
+    """Whatever moment it was: every command can use the folder or says that there is nothing yet."""
     if not (folder / "trajectory.tum").exists():
         return False
     assert not [path for path in folder.iterdir() if path.name.startswith(".") and "partial" not in path.name]
@@ -272,7 +272,7 @@ def test_run_whose_terminal_goes_away_writes_its_results(long_recording, tmp_pat
     """The terminal's end is closed, as by a lost connection: writes fail from then on, and SIGHUP comes."""
     parent, child = os.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "stairmap", "run", str(long_recording), "-o", str(tmp_path / "run"), "--no-report"],
+        [sys.executable, "-m", "stairmap", "run", str(long_recording), "-o", str(tmp_path / "run")],
         stdin=child, stdout=child, stderr=child, start_new_session=True,
     )  # fmt: skip
     os.close(child)

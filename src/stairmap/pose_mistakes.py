@@ -7,7 +7,6 @@ frames then fit together much better than as the poses are given, it is told, wi
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,11 +21,24 @@ from stairmap.recordings.map_up import UP_AUTO, UP_AXES
 from stairmap.recordings.pose_format import BODY, INVERSE, MILLIMETRES, POSE_FORMATS, WXYZ, poses_from_format
 from stairmap.transforms import invert_transform
 
-NUM_FRAMES_ASKED = 40
+NUM_FRAMES_ASKED = 30
 """About so many frames are asked, spread over the recording."""
 
-MIN_PAIR_NS, MAX_PAIR_NS = 700_000_000, 3_000_000_000
-"""Time between the two frames of a pair, nanoseconds: a camera has moved, and still sees the same."""
+GAPS_NS = (100_000_000, 350_000_000, 700_000_000, 1_400_000_000)
+"""A frame is compared with the first ones that are so much later, nanoseconds: the camera has moved, and
+still sees the same. A fast one has left it behind at the longer ones."""
+
+MAX_GAP_NS = 3_000_000_000
+"""Frames that are farther apart, nanoseconds, are not compared."""
+
+MIN_OVERLAP = 0.15
+"""Smallest share of the points of the one frame in view of the other of which agreement counts."""
+
+MIN_OWN_OVERLAP = 0.3
+"""Once the poses as given leave less in view than this, after they left more, longer gaps tell nothing."""
+
+MIN_MILLIMETRES = 5.0
+"""Least median way between two compared frames by poses in millimetres, m: a few millimetres in truth."""
 
 COLUMNS_COMPARED = 48
 """Depth images are thinned to about so many columns."""
@@ -34,7 +46,7 @@ COLUMNS_COMPARED = 48
 NEAR_TOLERANCE, FAR_TOLERANCE = 0.03, 0.006
 """How far depth may be from where it should be, m, and how much more per square metre of depth: noise."""
 
-MIN_AGREEING = 0.3
+MIN_AGREEING = 0.5
 """A pair in which no reading of the poses makes so large a share of the depth agree tells nothing."""
 
 MIN_DIFFERENCE = 0.05
@@ -43,8 +55,11 @@ MIN_DIFFERENCE = 0.05
 MIN_PAIRS = 3
 """Fewest pairs that decide; or all there are, if they are two."""
 
-MIN_GAIN = 0.12
+MIN_GAIN = 0.2
 """By how much of the depth more must agree for a mistake to be told."""
+
+MIN_DEPTH = 0.1
+"""What comes nearer to the camera than this, m, is out of view."""
 
 MAX_TILT_DEG = 20.0
 """A floor that is farther from level by its poses, deg, is none, or up is another axis."""
@@ -66,11 +81,19 @@ _CAUSES = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class _KeptFrame:
+    """A frame that waits for later ones to be compared with."""
+
     stamp_ns: int
     points: Points
     readings: dict[str, Transform]
+    num_compared: int = 0
+    had_overlap: bool = False
+
+    def is_due(self, stamp_ns: int) -> bool:
+        """Whether a frame with this stamp is the next one to compare with."""
+        return self.num_compared < len(GAPS_NS) and stamp_ns - self.stamp_ns >= GAPS_NS[self.num_compared]
 
 
 class PoseWatch:
@@ -96,29 +119,32 @@ class PoseWatch:
         self._max_depth, self._knows_up = max_depth, knows_up
         self._count = 0
         self._num_asked = 0
-        self._waiting: deque[_KeptFrame] = deque()
+        self._waiting: list[_KeptFrame] = []
+        self._ways: list[float] = []
         self._shares: list[dict[str, float]] = []
         self._ups: list[dict[str, Float64Array]] = []
 
     def add(self, frame: DepthFrame, map_from_camera: Transform) -> None:
         """Take in a frame with its pose; frames come in the order of their stamps."""
         index, self._count = self._count, self._count + 1
-        while self._waiting and frame.stamp_ns - self._waiting[0].stamp_ns > MAX_PAIR_NS:
-            self._waiting.popleft()
+        self._waiting = [
+            kept
+            for kept in self._waiting
+            if kept.num_compared < len(GAPS_NS) and frame.stamp_ns - kept.stamp_ns <= MAX_GAP_NS
+        ]
         is_asked = index % self._stride == 0
-        is_partner = bool(self._waiting) and frame.stamp_ns - self._waiting[0].stamp_ns >= MIN_PAIR_NS
-        if not is_asked and not is_partner:
+        due = [kept for kept in self._waiting if kept.is_due(frame.stamp_ns)]
+        if not is_asked and not due:
             return
         readings = read_pose(self._recorded_from_map @ map_from_camera)
-        if is_partner:
-            self._compare(self._waiting.popleft(), frame, readings)
+        for kept in due:
+            while kept.is_due(frame.stamp_ns):
+                kept.num_compared += 1
+            self._compare(kept, frame, readings)
         if is_asked:
             self._num_asked += 1
-            self._waiting.append(
-                _KeptFrame(
-                    stamp_ns=frame.stamp_ns, points=_thinned_points(frame, self._max_depth), readings=readings
-                )
-            )
+            points = _thinned_points(frame, self._max_depth)
+            self._waiting.append(_KeptFrame(stamp_ns=frame.stamp_ns, points=points, readings=readings))
             image = inverse_depth_from_frame(frame, max_depth=self._max_depth)
             up = estimate_up(fit_surface_normals(image))
             if up is not None:
@@ -132,17 +158,21 @@ class PoseWatch:
         return told
 
     def _compare(self, earlier: _KeptFrame, later: DepthFrame, readings: dict[str, Transform]) -> None:
-        shares = {
-            name: _agreeing_share(
-                invert_transform(pose) @ earlier.readings[name], earlier.points, later, self._max_depth
-            )
-            for name, pose in readings.items()
-        }
-        if (
-            max(shares.values()) >= MIN_AGREEING
-            and max(shares.values()) - min(shares.values()) >= MIN_DIFFERENCE
-        ):
+        shares: dict[str, float] = {}
+        for name, pose in readings.items():
+            later_from_earlier = invert_transform(pose) @ earlier.readings[name]
+            overlap, agreeing = _find_agreement(later_from_earlier, earlier.points, later)
+            shares[name] = agreeing if overlap >= MIN_OVERLAP else 0.0
+            if name == AS_GIVEN:
+                way = float(np.linalg.norm(later_from_earlier[:3, 3]))
+                if overlap >= MIN_OWN_OVERLAP:
+                    earlier.had_overlap = True
+                elif earlier.had_overlap:
+                    return
+        most, least = max(shares.values()), min(shares.values())
+        if most >= MIN_AGREEING and most - least >= MIN_DIFFERENCE:
             self._shares.append(shares)
+            self._ways.append(way)
 
     def _find_wrong_format(self, *, by_floor: bool = False) -> str | None:
         """The mistake whose undoing makes frames fit together, or, if they tell nothing, the floor level."""
@@ -156,6 +186,8 @@ class PoseWatch:
         levels = {name: self._level_share(name) for name in means}
         candidates = []
         for name in POSE_FORMATS:
+            if name == MILLIMETRES and (not num_pairs or np.median(self._ways) < MIN_MILLIMETRES):
+                continue
             gain = means[name] - means[AS_GIVEN]
             is_level = levels[name] >= MIN_LEVEL_SHARE and levels[AS_GIVEN] <= MAX_LEVEL_SHARE
             if gain >= MIN_GAIN or (by_floor and is_level and num_pairs == 0):
@@ -166,7 +198,7 @@ class PoseWatch:
         reasons = []
         if num_pairs:
             reasons.append(
-                f"{100 * means[best]:.0f} % of the depth of a frame agrees with that of a later one if so, "
+                f"{100 * means[best]:.0f} % of what two frames see agrees if so, "
                 f"{100 * means[AS_GIVEN]:.0f} % otherwise"
             )
         if levels[best] - levels[AS_GIVEN] > 1 - MIN_LEVEL_SHARE:
@@ -223,18 +255,22 @@ def _thinned_points(frame: DepthFrame, max_depth: float) -> Points:
     return points[np.isfinite(points[:, 2]) & (points[:, 2] < max_depth)]
 
 
-def _agreeing_share(
-    later_from_earlier: Transform, points: Points, later: DepthFrame, max_depth: float
-) -> float:
-    """Share of the (N, 3) points of an earlier frame that lie where a later one measured something."""
+def _find_agreement(later_from_earlier: Transform, points: Points, later: DepthFrame) -> tuple[float, float]:
+    """Compare points of an earlier frame with a later one.
+
+    Returns
+    -------
+    Share of the (N, 3) points that are in view where the later frame measured something, and share of these
+    that lie there.
+    """
     if not len(points):
-        return 0.0
+        return 0.0, 0.0
     moved = points @ later_from_earlier[:3, :3].T + later_from_earlier[:3, 3]
     pixels = later.camera.project(moved)
     height, width = later.depth.shape
     with np.errstate(invalid="ignore"):
         inside = (
-            (moved[:, 2] > 0.1)
+            (moved[:, 2] > MIN_DEPTH)
             & (pixels[:, 0] >= 0)
             & (pixels[:, 0] <= width - 1)
             & (pixels[:, 1] >= 0)
@@ -243,6 +279,8 @@ def _agreeing_share(
     columns, rows = np.rint(pixels[inside]).astype(np.int64).T
     measured: DepthImage = later.depth[rows, columns]
     expected = moved[inside, 2]
+    is_measured = np.isfinite(measured)
     with np.errstate(invalid="ignore"):
         agrees = np.abs(measured - expected) < NEAR_TOLERANCE + FAR_TOLERANCE * expected**2
-    return float(np.count_nonzero(agrees) / len(points))
+    num_measured = int(np.count_nonzero(is_measured))
+    return num_measured / len(points), float(np.count_nonzero(agrees) / max(num_measured, 1))
