@@ -142,5 +142,5 @@ def test_inspect_doubts_poses_that_are_not_the_optical_frames(floor, tmp_path):
     quaternions = (Rotation.from_quat(optical[:, 4:]) * link_from_optical.inv()).as_quat()
     np.savetxt(tmp_path / "link.tum", np.column_stack([optical[:, :4], quaternions]))
     text = stairmap("inspect", floor, "--trajectory", tmp_path / "link.tum").stdout
-    assert "by the poses the floor is tilted by" in text
-    assert "optical frame" in text
+    assert "they are poses of the body" in text
+    assert "pass --pose-format body" in text

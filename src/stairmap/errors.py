@@ -77,6 +77,10 @@ class ResultsError(StairmapError):
     """A run folder, or a file in it, cannot be read."""
 
 
+class CrashedTrialsError(StairmapError):
+    """Trials of an evaluation did not come to their end."""
+
+
 class MissingPackageError(StairmapError):
     """An optional package is needed for what was asked.
 

@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import tempfile
 import time
 from pathlib import Path
 from typing import IO
 
 from stairmap.errors import OutputError
+
+MAX_NAME_LENGTH = 60
+"""Characters of a name that a folder is called by: file names have 255 bytes at most."""
 
 MIN_ROOM = 32 * 1024
 """Space that the shortest results need, bytes; a disk with less is full."""
@@ -93,6 +97,40 @@ def check_new_folder(path: Path, *, option: str = "--output") -> None:
             )
     except OSError as error:
         raise output_error(path, error) from error
+
+
+def next_folder(parent: Path, name: str) -> Path:
+    """Make the first free folder ``<parent>/<name>_<n>`` and return it.
+
+    Parameters
+    ----------
+    parent
+        Made if it is not there.
+    name
+        What a file name cannot hold is replaced.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made.
+    """
+    name = re.sub(r"[^\w.-]+", "_", name)[:MAX_NAME_LENGTH].strip("._") or "recording"
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        taken = [re.fullmatch(rf"{re.escape(name)}_(\d+)", entry.name) for entry in parent.iterdir()]
+        number = 1 + max((int(match[1]) for match in taken if match), default=0)
+        while True:
+            path = parent / f"{name}_{number}"
+            try:
+                path.mkdir()
+            except FileExistsError:  # another process took the number in the meantime
+                number += 1
+            else:
+                return path
+    except OSError as error:
+        raise OutputError(
+            f"{output_error(parent / name, error)}; choose another folder with --output"
+        ) from error
 
 
 def check_has_room(folder: Path) -> None:

@@ -14,7 +14,7 @@ from stairmap.export.verdicts import CODE_COLUMNS, VERDICT_COLUMNS, code_cells, 
 from stairmap.navigation.codes import CodeCheck, check_code, code_ids, load_code
 from stairmap.navigation.robot_profile import load_robot, robot_names
 from stairmap.navigation.traversability import Assessment, assess
-from stairmap.output_files import write_whole
+from stairmap.output_files import check_new_file, write_whole
 from stairmap.visualization.plots import png_from_figure
 from stairmap.visualization.verdicts import draw_verdicts
 
@@ -27,6 +27,8 @@ def check_stairways(request: CheckRequest) -> int:
     StairmapError
         If the run, a profile or a code cannot be read, or the run holds no stairway.
     """
+    if request.picture is not None:
+        check_new_file(request.picture, option="--picture")
     robots = [load_robot(name) for name in request.robots or _default_robots(request)]
     codes = [load_code(code_id) for code_id in request.codes]
     stairways = load_stairways(request.stairways).stairways

@@ -25,7 +25,7 @@ from stairmap.errors import RecordingError, StairmapError
 from stairmap.export.results import null_for_nan
 from stairmap.frame import DepthFrame
 from stairmap.inspection import FrameStatistics, measure_frames
-from stairmap.output_files import write_whole
+from stairmap.output_files import check_new_file, write_whole
 from stairmap.pipeline import make_detector
 from stairmap.recordings.bags.recording import BagRecording
 from stairmap.recordings.base import Recording
@@ -42,6 +42,8 @@ def inspect_recording(request: InspectRequest) -> int:
     StairmapError
         If the recording cannot be used, the frame is not there, or the picture cannot be written.
     """
+    if request.output is not None:
+        check_new_file(request.output, option="--output")
     recording = _open(request)
     if request.frame_number is not None:
         _inspect_frame(recording, request, request.frame_number)

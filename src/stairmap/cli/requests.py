@@ -93,7 +93,7 @@ class SimulateRequest:
     """What ``stairmap simulate`` was asked for; without a number of frames, at the robot's speed."""
 
     scene: str
-    output: Path
+    output: Path | None
     sensor: str
     robot: str
     factor: float

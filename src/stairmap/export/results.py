@@ -11,7 +11,6 @@ with the others. ``close`` then raises the error, when everything else is done.
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -30,6 +29,7 @@ from stairmap.output_files import (
     ReservedSpace,
     check_has_room,
     check_new_folder,
+    next_folder,
     output_error,
     write_whole,
     write_whole_text,
@@ -54,9 +54,6 @@ SUMMARY_FILE = "summary.txt"
 SURFACE_FILE = "stairways.ply"
 LOG_FILE = "log.txt"
 CONFIG_FILE = "config.yaml"
-
-MAX_NAME_LENGTH = 60
-"""Characters of a recording's name that name the folder of its results: file names have 255 bytes at most."""
 
 RESERVED_SIZE = 2 * 2**20
 """Space that is kept free for the results of a run on a disk that fills up, bytes: a hundred stairways and
@@ -278,7 +275,7 @@ def create_run_folder(output: Path | None, recording_name: str) -> RunFolder:
     OutputError
         If the folder is not empty, is a file, or cannot be created or written to.
     """
-    path = _next_results_folder(recording_name) if output is None else _prepare_output(output)
+    path = next_folder(Path("results"), recording_name) if output is None else _prepare_output(output)
     try:
         check_has_room(path)
     except OutputError:
@@ -298,27 +295,8 @@ def _prepare_output(output: Path) -> Path:
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise _folder_error(output, error) from error
+        raise OutputError(f"{output_error(output, error)}; choose another folder with --output") from error
     return output
-
-
-def _next_results_folder(recording_name: str) -> Path:
-    name = re.sub(r"[^\w.-]+", "_", recording_name)[:MAX_NAME_LENGTH].strip("._") or "recording"
-    parent = Path("results")
-    try:
-        parent.mkdir(exist_ok=True)
-        taken = [re.fullmatch(rf"{re.escape(name)}_(\d+)", entry.name) for entry in parent.iterdir()]
-        number = 1 + max((int(match[1]) for match in taken if match), default=0)
-        while True:
-            path = parent / f"{name}_{number}"
-            try:
-                path.mkdir()
-            except FileExistsError:  # another run took the number in the meantime
-                number += 1
-            else:
-                return path
-    except OSError as error:
-        raise _folder_error(parent / name, error) from error
 
 
 def null_for_nan(values: Any) -> Any:
@@ -333,7 +311,3 @@ def null_for_nan(values: Any) -> Any:
     if isinstance(values, Iterable):
         return [null_for_nan(value) for value in values]
     return None if isinstance(values, float) and not np.isfinite(values) else values
-
-
-def _folder_error(path: Path, error: OSError) -> OutputError:
-    return OutputError(f"{output_error(path, error)}; choose another folder with --output")

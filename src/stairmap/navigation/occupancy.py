@@ -30,7 +30,7 @@ from stairmap.input_files import (
     shown,
     validated,
 )
-from stairmap.output_files import output_error, write_whole, write_whole_text
+from stairmap.output_files import check_new_file, output_error, write_whole, write_whole_text
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
@@ -174,6 +174,8 @@ def dump_map(grid: OccupancyGrid, folder: Path, name: str) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise output_error(path, error) from error
+    for new in (path, folder / f"{name}.pgm"):
+        check_new_file(new, option="the map")
     # The image first: a map file never names one that is not there.
     write_whole(folder / f"{name}.pgm", header + image[::-1].tobytes())
     return write_whole_text(path, yaml.safe_dump(values, sort_keys=False))

@@ -42,7 +42,7 @@ def export(
             "--output",
             "-o",
             metavar="DIR",
-            help="Folder for the files. Default: 'export' in the run folder.",
+            help="Folder for the files. Default: 'export' in the run folder, or the next free 'export_<n>'.",
             show_default=False,
         ),
     ] = None,
@@ -87,7 +87,14 @@ def export(
 
 
 def _default_output(run: Path) -> Path:
-    return (run if run.is_dir() else run.parent) / "export"
+    """The first of ``export``, ``export_2``, … in the run folder that is new or empty."""
+    folder = run if run.is_dir() else run.parent
+    number = 1
+    while True:
+        path = folder / (f"export_{number}" if number > 1 else "export")
+        if not path.exists() or (path.is_dir() and not any(path.iterdir())):
+            return path
+        number += 1
 
 
 def _parse_anchor(text: str) -> tuple[float, float, float]:
