@@ -24,6 +24,9 @@ MAX_DOCUMENT_SIZE = 64 * 2**20
 MAX_TABLE_SIZE = 256 * 2**20
 """Largest text table, bytes: three million poses, eight hours at 100 Hz."""
 
+MAX_LOG_SIZE = 8 * 2**30
+"""Largest log, bytes: ten million frames with stairs."""
+
 MAX_LINE_SIZE = 16 * 2**20
 """Longest line of a log, bytes: a hundred stairways with all their steps."""
 
@@ -155,7 +158,7 @@ def read_lines(path: Path, *, error_type: type[AnyError]) -> Iterator[tuple[str,
     StairmapError
         Of the type given, if it is no regular file or text, or a line is too long.
     """
-    check_is_file(path, max_size=2**62, error_type=error_type)
+    check_is_file(path, max_size=MAX_LOG_SIZE, error_type=error_type)
     try:
         with path.open("rb") as file:
             number = 0
