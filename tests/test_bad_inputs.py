@@ -116,8 +116,8 @@ def mess(originals: Path, tmp_path: Path) -> Mess:
 
 ROBOT = {
     "name": "bot", "max_continuous_rise": 0.2, "max_single_rise": 0.3,
-    "min_run": {"value": 0.2, "source": "x"}, "max_pitch_deg": 40, "max_slope_deg": 30, "body_width": 0.5, "side_clearance": 0.05,
-    "min_landing_length": 1.0,
+    "min_run": {"value": 0.2, "source": "x"}, "max_pitch_deg": 40, "max_slope_deg": 30, "body_width": 0.5,
+    "side_clearance": 0.05, "min_landing_length": 1.0,
 }  # fmt: skip
 MAP = {
     "image": "0.pgm", "resolution": 0.05, "origin": [0, 0, 0], "negate": 0, "occupied_thresh": 0.65,

@@ -255,8 +255,12 @@ class RecordingRun:
         outcome: RunOutcome,
         *,
         find_references: FindReferences | None = None,
+        facts: Mapping[str, str] | None = None,
     ) -> str | None:
-        """Write ``report.html``; return a sentence instead if a package for it is missing."""
+        """Write ``report.html``; return a sentence instead if a package for it is missing.
+
+        ``facts`` say where it comes from: date, recording, command.
+        """
         data = report_data(
             self._collector,
             recording_name=self._recording.name,
@@ -267,6 +271,7 @@ class RecordingRun:
             problems=outcome.problems,
             references=None if find_references is None else find_references(outcome.stairways),
             detector=self.session.detector,
+            facts=facts,
         )
         try:
             folder.write_report(render_report(data))

@@ -14,6 +14,7 @@ from stairmap.cli.exits import warn
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
+from stairmap.cli.report_facts import report_facts
 from stairmap.config import Config
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
 from stairmap.export.summary import counted
@@ -129,7 +130,10 @@ def _run_method(
     if folder is not None:
         run.write_results(folder, outcome)
         missing = run.write_report(
-            folder, outcome, find_references=lambda stairways: _find_references(stairways, truth)
+            folder,
+            outcome,
+            find_references=lambda stairways: _find_references(stairways, truth),
+            facts=report_facts(folder.path / "recording"),
         )
         if missing:
             typer.echo(missing, err=True)

@@ -24,6 +24,7 @@ from stairmap.detection.observation import Detection
 from stairmap.errors import RecordingError, StairmapError
 from stairmap.export.results import null_for_nan
 from stairmap.frame import DepthFrame
+from stairmap.input_files import shown
 from stairmap.inspection import FrameStatistics, measure_frames
 from stairmap.output_files import check_new_file, write_whole
 from stairmap.pipeline import make_detector
@@ -145,7 +146,7 @@ def _format_text(values: dict[str, Any]) -> str:
         else "none: pass --trajectory or --odometry, or use 'stairmap detect'",
         "up": f"from {ups}" if ups else "unknown",
     } | (format_bag_rows(values["bag"]) if "bag" in values else {})
-    lines = [f"{name:<13} {text}" for name, text in rows.items()]
+    lines = [f"{name:<13} {shown(text)}" for name, text in rows.items()]
     if values["problems"]:
         lines += ["problems", *(f"  {line}" for line in values["problems"])]
     if "bag" in values:

@@ -10,6 +10,7 @@ from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.live_session import LiveSession
 from stairmap.cli.live_table import COLUMNS, LiveTable, observation_rows
 from stairmap.cli.plain_table import format_columns
+from stairmap.cli.report_facts import report_facts
 from stairmap.cli.requests import LiveRequest
 from stairmap.config import dump_config, load_config
 from stairmap.errors import MissingPackageError, OutputError, RecordingError, TrajectoryError
@@ -140,6 +141,7 @@ def _write_map(
         config_yaml=dump_config(live_map.config),
         problems=problems,
         detector=session.detector,
+        facts=report_facts(name),
     )
     try:
         folder.write_report(render_report(data))

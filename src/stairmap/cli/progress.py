@@ -12,6 +12,8 @@ from types import TracebackType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
+from stairmap.input_files import shown
+
 _PERIOD = 0.1
 """Time between two updates of a bar, s."""
 
@@ -123,7 +125,7 @@ class OpeningProgress:
     """
 
     def __init__(self, name: str) -> None:
-        self._name = name
+        self._name = shown(name)
         self._bar = _Bar()
 
     def __enter__(self) -> OpeningProgress:

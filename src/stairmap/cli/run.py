@@ -13,6 +13,7 @@ from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.opening import open_requested, open_with_odometry
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
+from stairmap.cli.report_facts import report_facts
 from stairmap.cli.requests import RunRequest
 from stairmap.cli.view import open_live_view
 from stairmap.config import Config, load_config
@@ -72,7 +73,7 @@ def run_recording(request: RunRequest) -> int:
             run.show_outcome(view, outcome)
         notes = list(outcome.problems)
         if request.with_report:
-            missing = run.write_report(folder, outcome)
+            missing = run.write_report(folder, outcome, facts=report_facts(given.recording))
             notes += [missing] if missing else []
         for line in notes:
             folder.log(line)

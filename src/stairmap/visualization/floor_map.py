@@ -17,7 +17,17 @@ from stairmap.navigation.occupancy import FREE, OCCUPIED, OccupancyGrid
 from stairmap.navigation.planner import Route
 from stairmap.navigation.portals import Portal
 from stairmap.stairway import Stairway
-from stairmap.visualization.dimensions import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, draw_label, finish_axes
+from stairmap.visualization.dimensions import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PURPLE,
+    draw_label,
+    finish_axes,
+    plain_text,
+)
 from stairmap.visualization.plots import make_figure
 
 if TYPE_CHECKING:
@@ -193,7 +203,7 @@ def _draw_stairs(
         color=color,
         alpha=0.5,
         markersize=9,
-        label=f"{portal.verdict} for {portal.assessment.robot}",
+        label=f"{portal.verdict} for {plain_text(portal.assessment.robot)}",
     )
     pose, other = (
         (portal.lower, portal.upper_level)

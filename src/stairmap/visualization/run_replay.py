@@ -24,6 +24,7 @@ from stairmap.export.loading import (
 from stairmap.export.recording_reference import RecordingReference, load_recording_reference
 from stairmap.export.results import DETECTIONS_FILE, STAIRWAYS_FILE, TRAJECTORY_FILE
 from stairmap.frame import DepthFrame
+from stairmap.input_files import shown
 from stairmap.recordings.base import Recording
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
@@ -204,8 +205,8 @@ def load_run(run: Path, *, recording: Path | None = None) -> RunReplay:
     elif opened is not None:
         trajectory = opened.trajectory
     return RunReplay(
-        name=folder.resolve().name,
-        frame_id=frame_id,
+        name=shown(folder.resolve().name),
+        frame_id=shown(frame_id),
         stairways=stairways,
         history=history,
         trajectory=trajectory,
