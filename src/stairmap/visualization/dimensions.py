@@ -118,10 +118,10 @@ def separate_labels(figure: Any) -> None:
         placed.append(label.get_window_extent())
 
 
-def draw_label(axes: Axes, position: ArrayLike, text: str) -> None:
+def draw_label(axes: Axes, position: ArrayLike, text: str, *, color: str = INK) -> None:
     """Write a short text on a white ground, centred at (2,) data units."""
     x, y = np.asarray(position, dtype=np.float64)
-    axes.text(x, y, text, ha="center", va="center", fontsize=9, color=INK, bbox=_HALO, zorder=8, gid=_LABEL)
+    axes.text(x, y, text, ha="center", va="center", fontsize=9, color=color, bbox=_HALO, zorder=8, gid=_LABEL)
 
 
 def finish_axes(axes: Axes) -> None:

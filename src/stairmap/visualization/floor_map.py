@@ -40,6 +40,8 @@ else:
 _FREE_SHADE, _UNKNOWN_SHADE, _OCCUPIED_SHADE = 255, 215, 60
 _VERDICT_COLORS: dict[Verdict, str] = {"passable": BLUE, "impassable": ORANGE, "unknown": GREY}
 _MAX_CANDIDATES = 5
+_CANDIDATE_LABEL = np.array([0.5, 0.35])
+"""Place of a candidate's text beside its mark, m."""
 _MAX_COLUMNS = 3
 _PANEL = 5.4
 _MARGIN = 1.0
@@ -144,13 +146,10 @@ def _draw_floor(
                 zorder=9,
                 label="to explore, cheapest first",
             )
-            axes.annotate(
-                f"{number}: {candidate.cost:.0f} s", tuple(candidate.position), xytext=(8, 6),
-                textcoords="offset points", color=PURPLE, fontsize=9, zorder=10,
-                bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
-            )  # fmt: skip
+            text = f"{number}: {candidate.cost:.0f} s"
+            draw_label(axes, np.asarray(candidate.position) + _CANDIDATE_LABEL, text, color=PURPLE)
     state = "" if floor.is_explored else ", not explored"
-    state = ", or beyond: the end of its stairs was not seen" if floor.is_open else state
+    state = ", or beyond:\nthe end of its stairs was not seen" if floor.is_open else state
     axes.set_title(f"floor {floor.level} at {round(floor.height, 2) + 0.0:.2f} m{state}", color=INK)
     axes.set_aspect("equal")
     axes.set_xlabel("map x, m")

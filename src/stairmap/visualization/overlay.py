@@ -39,6 +39,9 @@ TRACE_PANEL_WIDTH = 480
 CUT_REACH = 0.03
 """How far beyond a nosing's end something that cuts it is looked for, share of the image's width."""
 
+BORDER_REACH = 0.01
+"""How near to the image's border a nosing's end must be to be cut by it, share of the image's width."""
+
 IN_FRONT, IN_FRONT_SHARE = 0.05, 0.02
 """What is nearer than a nosing's end by so much, m and share of its depth, stands in front of it."""
 
@@ -190,11 +193,12 @@ def _cut_or_unknown(
     frame: DepthFrame, point: Float64Array, end: Float64Array, outward: Float64Array
 ) -> NosingEnd:
     height, width = frame.depth.shape
-    reach = max(2, round(CUT_REACH * width))
-    beyond = np.rint(end + np.arange(1, reach + 1)[:, None] * outward).astype(np.int64)
+    steps = np.arange(1, max(2, round(CUT_REACH * width)) + 1)
+    beyond = np.rint(end + steps[:, None] * outward).astype(np.int64)
     inside = (beyond >= 0).all(axis=1) & (beyond[:, 0] < width) & (beyond[:, 1] < height)
-    if not inside.all():
+    if not inside[steps <= max(2, round(BORDER_REACH * width))].all():
         return NosingEnd.CUT
+    beyond = beyond[inside]
     depth = frame.depth[beyond[:, 1], beyond[:, 0]]
     with np.errstate(invalid="ignore"):
         is_in_front = depth < point[2] - IN_FRONT - IN_FRONT_SHARE * point[2]
