@@ -8,7 +8,7 @@ from stairmap.visualization.dimensions import draw_label, plain_text, separate_l
 
 pytest.importorskip("matplotlib", reason="needs the extra report")
 
-from stairmap.visualization.plots import make_figure  # noqa: E402
+from stairmap.visualization.plots import make_figure
 
 
 def test_labels_at_one_place_end_up_apart_and_the_first_stays() -> None:
