@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import os
+import re
 import resource
 import shutil
 import signal
@@ -52,6 +53,22 @@ def run_limited(*arguments: str | Path) -> Outcome:
         return stairmap(*arguments)
 
 
+def documented_messages() -> list[re.Pattern[str]]:
+    """The messages of docs/troubleshooting.md, in which … stands for what differs."""
+    page = Path(__file__).resolve().parents[1] / "docs/troubleshooting.md"
+    patterns = []
+    for line in page.read_text(encoding="utf-8").splitlines():
+        if line.startswith("|"):
+            for message in re.findall(r"`([^`]+)`", line.split("|")[1]):
+                parts = [re.escape(part.strip()) for part in message.split("…")]
+                if max(map(len, parts)) >= 8:
+                    patterns.append(re.compile(".*".join(parts)))
+    return patterns
+
+
+DOCUMENTED = documented_messages()
+
+
 def check_one_line(outcome: Outcome, *words: str) -> None:
     assert outcome.code == 1, outcome
     assert outcome.stderr.count("\n") == 1, outcome.stderr
@@ -61,6 +78,9 @@ def check_one_line(outcome: Outcome, *words: str) -> None:
     assert "Traceback" not in outcome.stderr + outcome.stdout
     for word in words:
         assert word in outcome.stderr, (word, outcome.stderr)
+    assert any(pattern.search(outcome.stderr) for pattern in DOCUMENTED), (
+        f"no row of docs/troubleshooting.md for: {outcome.stderr}"
+    )
 
 
 class Mess:
