@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -190,11 +191,13 @@ def replace(path: Path, old: str, new: str) -> None:
 
 def test_report_says_where_it_comes_from(run_folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("jinja2", reason="needs the extra report")
-    recording = run_folder.parent / "stairs"
+    # A name that is no UTF-8 is written as its escapes.
+    recording = tmp_path / os.fsdecode(b"st\xffairs")
+    shutil.copytree(run_folder.parent / "stairs", recording)
     assert stairmap("run", recording, "-o", tmp_path / "run").code == 0
     page = (tmp_path / "run" / "report.html").read_text()
     assert re.search(r"<br>date: \d{4}-\d\d-\d\d \d\d:\d\d", page)
-    assert f"<br>recording: {recording.resolve()}" in page
+    assert f"<br>recording: {tmp_path.resolve()}/st\\udcffairs" in page
     assert "<br>command: stairmap " in page
     assert "stairmap 0." in page
 

@@ -28,7 +28,7 @@ NAMES = {
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_recording(tmp_path_factory.mktemp("recordings") / "plain")
+    return write_recording(tmp_path_factory.mktemp("recordings") / "plain", num_frames=4)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -40,7 +40,7 @@ def test_folder_of_any_name_is_run_checked_exported_and_viewed(
     shutil.copytree(recording, folder / "recording")
     command = [sys.executable, "-m", "stairmap"]
     run = subprocess.run(
-        [*command, "run", folder / "recording", "-o", folder / "run", "--robot", "spot"],
+        [*command, "run", folder / "recording", "-o", folder / "run", "--robot", "spot", "--no-report"],
         capture_output=True,
         check=False,
     )

@@ -11,6 +11,8 @@ import typer
 from stairmap.cli.options import DebugOption
 from stairmap.cli.requests import ExportRequest
 
+_MAX_ANGLE_DEG = 360.0
+
 
 class Format(str, Enum):
     """What ``--format`` takes."""
@@ -102,6 +104,6 @@ def _parse_anchor(text: str) -> tuple[float, float, float]:
         values = [float(part) for part in text.split(",")]
     except ValueError as error:
         raise typer.BadParameter(f"--anchor: expected LAT,LON or LAT,LON,BEARING, got {text!r}") from error
-    if len(values) not in (2, 3):
+    if len(values) not in (2, 3) or not all(abs(value) <= _MAX_ANGLE_DEG for value in values):
         raise typer.BadParameter(f"--anchor: expected LAT,LON or LAT,LON,BEARING, got {text!r}")
     return values[0], values[1], values[2] if len(values) == 3 else 90.0
