@@ -167,7 +167,7 @@ def test_plan_and_view_find_the_recording_and_refuse_another(run_folder: Path, t
         (lambda: shutil.rmtree(recording) or write_recording(recording), None),
         (
             lambda: (recording / "camera.json").write_text(json.dumps({**camera, "fx": 300})),
-            "camera 320x240, fx 300",
+            "camera 320x240, fx 300.0",
         ),
         (lambda: (recording / "camera.json").write_text(json.dumps(camera)), None),
         (lambda: replace(recording / "depth.txt", "0.300000000", "0.310000000"), "list of stamps"),

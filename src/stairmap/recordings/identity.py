@@ -13,6 +13,7 @@ from stairmap.camera import PinholeCamera
 from stairmap.errors import RecordingError
 from stairmap.input_files import CheckedModel, Stamp
 from stairmap.recordings.base import Recording
+from stairmap.recordings.stamped_table import text_from_stamp_ns
 
 
 class SavedCamera(CheckedModel):
@@ -93,9 +94,7 @@ def check_same_recording(recording: Recording, identity: RecordingIdentity) -> N
             what="last stamp", expected=_seconds(identity.last_stamp_ns), found=_seconds(found.last_stamp_ns)
         ),
         _Difference(what="camera", expected=_describe(identity.camera), found=_describe(found.camera)),
-        _Difference(
-            what="list of stamps", expected=identity.stamps_sha256[:8], found=found.stamps_sha256[:8]
-        ),
+        _Difference(what="list of stamps", expected=identity.stamps_sha256, found=found.stamps_sha256),
     ]
     first = next(difference for difference in differences if difference.expected != difference.found)
     raise RecordingError(
@@ -116,9 +115,9 @@ def _saved_camera(camera: PinholeCamera) -> SavedCamera:
 
 
 def _seconds(stamp_ns: int) -> str:
-    return f"{stamp_ns * 1e-9:.6f} s"
+    return f"{text_from_stamp_ns(stamp_ns)} s"
 
 
 def _describe(camera: SavedCamera) -> str:
-    numbers = ", ".join(f"{name} {getattr(camera, name):g}" for name in ("fx", "fy", "cx", "cy"))
+    numbers = ", ".join(f"{name} {getattr(camera, name)!r}" for name in ("fx", "fy", "cx", "cy"))
     return f"{camera.width}x{camera.height}, {numbers}"
