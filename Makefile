@@ -8,11 +8,12 @@ PYTHON ?= $(shell for name in python3.13 python3.12 python3.11 python3.10 python
 	$$name -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1 \
 	&& echo $$name && break; done)
 
-.PHONY: help demo test mutants lint docs clean ros-environment
+.PHONY: help demo test nightly mutants lint docs clean ros-environment
 
 help:
 	@echo "make demo     a simulated robot at a known stairway: estimated against true"
 	@echo "make test     all tests"
+	@echo "make nightly  the tests that take minutes: corrupt files, killed runs"
 	@echo "make mutants  a sample of faults put into the code: how many of them the tests notice"
 	@echo "make lint     ruff, mypy, import-linter"
 	@echo "make docs     docs/configuration.md and the ROS 2 node's parameters from the code"
@@ -23,6 +24,9 @@ demo: $(VENV)/.installed-demo
 
 test: $(VENV)/.installed-dev ros-environment
 	$(BIN)/python -m pytest
+
+nightly: $(VENV)/.installed-dev
+	$(BIN)/python -m pytest -m nightly
 
 # ROS 2 from wheels for the tests of its node, in .venv-ros; where that cannot be made, they are skipped.
 ros-environment: $(BIN)/python

@@ -39,4 +39,6 @@ def main(image: Path, camera_file: Path) -> None:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(f"usage:\n{__doc__}")
     main(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -41,4 +41,6 @@ def main(run: Path, robot_name: str) -> None:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(f"usage:\n{__doc__}")
     main(Path(sys.argv[1]), sys.argv[2])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 
 import pytest
@@ -22,7 +23,10 @@ def test_demo_compares_both_methods_and_the_report_with_the_truth(tmp_path, monk
     flight = load_stairways(tmp_path / "demo").stairways[0].flights[0]
     assert flight.rise == pytest.approx(0.165, abs=0.01)
     assert flight.run == pytest.approx(0.292, abs=0.01)
-    assert (tmp_path / "demo" / "report.html").exists()
+    page = (tmp_path / "demo" / "report.html").read_text()
+    assert "<h3>Estimated against true" in page
+    assert re.search(r'<td class="text">rise, mm</td><td>\d+</td><td>\d+ ± \d+(\.\d)?</td><td>[+-]', page)
+    assert "<br>date: 2" in page and "<br>command: stairmap" in page and "/demo/recording" in page
     assert stairmap("inspect", tmp_path / "demo" / "recording").code == 0
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM in mid-run: what was found so far is written, and the exit code tells."""
+"""Ctrl-C, SIGTERM and SIGHUP in mid-run: what was found so far is written, and the exit code tells."""
 
 from __future__ import annotations
 
@@ -42,7 +42,9 @@ def wait_for_lines(path, num_lines, process):
     pytest.fail(f"{path} did not grow: {process.communicate(timeout=10)}")
 
 
-@pytest.mark.parametrize(("signal_number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("signal_number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
 def test_interrupted_run_writes_what_it_has(long_recording, tmp_path, signal_number, code):
     process = start("run", long_recording, "-o", tmp_path / "out", "--no-report")
     wait_for_lines(tmp_path / "out" / "detections.jsonl", 8, process)
@@ -68,6 +70,16 @@ def test_interrupted_detect_writes_its_summary(long_recording, tmp_path):
     assert process.returncode == 143
     assert json.loads(stdout)["interrupted"] is True
     assert (tmp_path / "out" / "summary.txt").exists()
+
+
+def test_hangup_stays_ignored_where_it_was_as_under_nohup():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with noted_interrupts() as interrupt:
+            signal.raise_signal(signal.SIGHUP)
+        assert not interrupt
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_second_signal_stops_at_once():

@@ -154,7 +154,9 @@ def test_plan_names_the_times_of_a_recording_that_is_not_the_runs(run_folder, re
     rows = [line.split() for line in lines if not line.startswith("#")]
     (other / "depth.txt").write_text("".join(f"{float(stamp) + 1000} {name}\n" for stamp, name in rows))
     outcome = stairmap("plan", run_folder, "--recording", other)
-    check_refused(outcome, f"expected --recording to be that of {run_folder}", "run from 1000.000 to")
+    check_refused(
+        outcome, "expected the recording of this run, but other is another one: first stamp 1000.000"
+    )
 
 
 def test_plan_refuses_its_output_before_it_maps(run_folder, tmp_path):

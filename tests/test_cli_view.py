@@ -40,7 +40,7 @@ def test_moved_recording_is_told_and_the_rest_is_shown(run_folder, tmp_path):
     assert "--recording PATH" in outcome.stderr
     assert "stairway 1" in (tmp_path / "run.html").read_text()
     again = stairmap(
-        "view", other, "--page", tmp_path / "run.html", "--recording", run_folder.parent / "stairs"
+        "view", other, "--page", tmp_path / "again.html", "--recording", run_folder.parent / "stairs"
     )
     assert again.stderr == ""
 

@@ -112,7 +112,7 @@ def test_missing_file_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("content", "message"),
-    [(b"a: [", "not a YAML file"), (b"\xff\xfe\x00", "not a YAML file"), (b"- 1\n", "must hold sections")],
+    [(b"a: [", "not a YAML file"), (b"\xff\xfe\x00", "to be UTF-8 text"), (b"- 1\n", "must hold sections")],
 )
 def test_file_that_holds_no_sections_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "config.yaml"

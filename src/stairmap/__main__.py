@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import sys
 
 
@@ -17,13 +16,29 @@ def main() -> None:
 
 
 def _run() -> None:
+    from stairmap.cli.streams import QUIET_ERRORS, guard_streams  # noqa: PLC0415
+
+    stdout, stderr = guard_streams(shows_noise="--debug" in sys.argv)
+    code = _exit_code()
+    stdout.flush()
+    error = stdout.error
+    if error is not None and error.errno not in QUIET_ERRORS:
+        stderr.write(
+            f"error: cannot write the output: {error.strerror}; results that have files are written\n"
+        )
+        code = code or 1
+    stderr.flush()
+    sys.exit(code)
+
+
+def _exit_code() -> int:
     from stairmap.cli.app import app  # noqa: PLC0415
 
-    for stream in (sys.stdout, sys.stderr):
-        # A terminal that cannot spell "±" or "≥" gets "?", not a traceback after an hour of frames.
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
-    app(prog_name="stairmap")
+    try:
+        app(prog_name="stairmap")
+    except SystemExit as ending:
+        return ending.code if isinstance(ending.code, int) else int(ending.code is not None)
+    return 0
 
 
 if __name__ == "__main__":

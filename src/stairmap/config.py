@@ -16,10 +16,13 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from stairmap.errors import ConfigError
+from stairmap.input_files import first_mistake, parse_yaml, quoted, read_text, shown
 
 
 class _Section(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(
+        strict=True, frozen=True, allow_inf_nan=False, extra="forbid", use_attribute_docstrings=True
+    )
 
 
 class EnvelopeConfig(_Section):
@@ -37,7 +40,7 @@ class EnvelopeConfig(_Section):
     """Smallest pitch, deg. Below it lie ramps and floors; 0.10 by 0.40 m is 14.0."""
     max_pitch_deg: float = Field(52.0, gt=0, lt=90)
     """Largest pitch, deg. OSHA's industrial stairs end at 50."""
-    min_width: float = Field(0.50, gt=0)
+    min_width: float = Field(0.50, gt=0, le=20)
     """Smallest width of the widest step, m. The narrowest legal stair is 0.55."""
 
     @model_validator(mode="after")
@@ -82,7 +85,7 @@ class Delmerico2013Config(_Section):
 
     detections_per_fit: int = Field(5, ge=1, le=1000)
     """Algorithm 1's k: a model is fitted after every so many detections (the report: 5 or 10)."""
-    min_cluster_points: int = Field(250, ge=1)
+    min_cluster_points: int = Field(250, ge=1, le=10_000_000)
     """Fewest points of a cluster that counts as a stair edge (the report: more than 250)."""
     max_pitch_deg: float = Field(45.0, gt=0, le=90)
     """Largest angle of the edge plane to the horizontal, deg (the report: 45)."""
@@ -111,15 +114,13 @@ def load_config(path: Path | None = None, overrides: Sequence[str] = ()) -> Conf
         key, separator, text = override.partition("=")
         parts = key.strip().split(".")
         if not separator or not all(parts):
-            raise ConfigError(f"expected --set section.key=value, got {override!r}")
+            raise ConfigError(f"expected --set section.key=value, got {quoted(override)}")
         _set_value(values, parts, _parse_value(text, override))
     _check_keys(values, Config, "")
     try:
         return Config.model_validate(values)
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise ConfigError(f"config {place}: {first['msg']}, got {first['input']!r}") from error
+        raise ConfigError(f"config {first_mistake(error)}") from error
 
 
 def dump_config(config: Config) -> str:
@@ -128,13 +129,11 @@ def dump_config(config: Config) -> str:
 
 
 def _load_yaml(path: Path) -> dict[str, Any]:
+    text = read_text(path, error_type=ConfigError, what="the config file")
     try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(f"cannot read the config file {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        text = " ".join(str(error).split())
-        raise ConfigError(f"{path} is not a YAML file: {text}") from error
+        values = parse_yaml(text)
+    except ValueError as error:
+        raise ConfigError(f"{shown(path)} is not a YAML file: {error}") from error
     if values is None:
         return {}
     if not isinstance(values, dict):
@@ -144,9 +143,11 @@ def _load_yaml(path: Path) -> dict[str, Any]:
 
 def _parse_value(text: str, override: str) -> Any:
     try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ConfigError(f"cannot read the value of --set {override}") from error
+        return parse_yaml(text)
+    except ValueError as error:
+        raise ConfigError(
+            f"cannot read the value of --set {quoted(override, marks=False)}: {error}"
+        ) from error
 
 
 def _set_value(values: dict[str, Any], parts: list[str], value: Any) -> None:
@@ -170,12 +171,14 @@ def _check_keys(values: dict[str, Any], section: type[BaseModel], prefix: str) -
             )
             near = difflib.get_close_matches(sought, known, n=1, cutoff=0.0)
             raise ConfigError(
-                f"unknown config key {prefix}{key}; did you mean {near[0]}? (stairmap config lists all)"
+                f"unknown config key {prefix}{quoted(str(key), marks=False)}; did you mean {near[0]}? "
+                "(stairmap config lists all)"
             )
         annotation = section.model_fields[key].annotation
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
             if not isinstance(value, dict):
-                raise ConfigError(f"config {prefix}{key} is a section, expected keys in it, got {value!r}")
+                found = quoted(repr(value), marks=False)
+                raise ConfigError(f"config {prefix}{key} is a section, expected keys in it, got {found}")
             _check_keys(value, annotation, f"{prefix}{key}.")
 
 

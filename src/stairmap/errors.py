@@ -73,6 +73,14 @@ class OutputError(StairmapError):
     """A result cannot be written."""
 
 
+class ResultsError(StairmapError):
+    """A run folder, or a file in it, cannot be read."""
+
+
+class CrashedTrialsError(StairmapError):
+    """Trials of an evaluation did not come to their end."""
+
+
 class MissingPackageError(StairmapError):
     """An optional package is needed for what was asked.
 

@@ -8,20 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import Float64Array, readonly
-from stairmap.errors import TrajectoryError
-from stairmap.frame import DepthFrame
-from stairmap.map_levelling import NUM_FRAMES_ASKED, estimate_map_up, levelling_from_ups
+from stairmap.pose_mistakes import PoseWatch
 from stairmap.recordings.base import Recording
-from stairmap.trajectory import Trajectory
 
 _PIXEL_STRIDE = 8
 """Every so many rows and columns count for the quartiles."""
 
 _BIN = 0.01
 _MAX_DEPTH = 100.0
-
-_MAX_TILT_DEG = 20.0
-"""A floor that is farther from level by its poses, deg, is none, or they are not the optical frame's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,8 +33,8 @@ class FrameStatistics:
         without a valid pixel.
     num_up_from_pose, num_up_from_camera, num_up_unknown
         Frames by what says which way is up: their pose, the camera file, or nothing yet: the floor will.
-    up_doubt
-        A sentence if the floor lies far from level in the map of the poses.
+    pose_mistake
+        A sentence if the poses do not fit the depth images, or the floor lies far from level by them.
     """
 
     num_read: int
@@ -50,7 +44,7 @@ class FrameStatistics:
     num_up_from_pose: int
     num_up_from_camera: int
     num_up_unknown: int
-    up_doubt: str | None
+    pose_mistake: str | None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth_quartiles", readonly(self.depth_quartiles))
@@ -60,6 +54,7 @@ def measure_frames(
     recording: Recording,
     *,
     max_depth: float,
+    knows_up: bool = False,
     should_stop: Callable[[], bool] = lambda: False,
     on_frame: Callable[[], None] = lambda: None,
 ) -> FrameStatistics:
@@ -71,6 +66,8 @@ def measure_frames(
         Where frames come from.
     max_depth
         Farthest depth at which the floor is looked for, m.
+    knows_up
+        Whether up comes from the floor or from elsewhere, so that the poses need not know it.
     should_stop
         Asked before each frame; the rest is left out when it says so.
     on_frame
@@ -80,10 +77,13 @@ def measure_frames(
     num_read = num_all_invalid = num_valid = num_pixels = 0
     ups = {"pose": 0, "camera": 0, "unknown": 0}
     trajectory = recording.trajectory
-    stride = max(1, recording.num_frames // NUM_FRAMES_ASKED)
-    map_ups: list[Float64Array] = []
-    num_asked = 0
-    for index, frame in enumerate(recording):
+    watch = PoseWatch(
+        recording.num_frames,
+        map_from_recorded=recording.map_from_recorded,
+        max_depth=max_depth,
+        knows_up=knows_up,
+    )
+    for frame in recording:
         if should_stop():
             break
         sample = frame.depth[::_PIXEL_STRIDE, ::_PIXEL_STRIDE]
@@ -96,15 +96,8 @@ def measure_frames(
         num_pixels += frame.depth.size
         has_pose = trajectory is not None and trajectory.has_pose(np.array([frame.stamp_ns]))[0]
         ups["unknown" if frame.up is None else "pose" if has_pose else "camera"] += 1
-        if (
-            trajectory is not None
-            and has_pose
-            and index % stride == 0
-            and _is_up_from_pose(frame, trajectory)
-        ):
-            num_asked += 1
-            map_up = estimate_map_up(frame, trajectory, max_depth=max_depth)
-            map_ups += [] if map_up is None else [map_up]
+        if trajectory is not None and has_pose:
+            watch.add(frame, trajectory.pose_at(frame.stamp_ns))
         on_frame()
     return FrameStatistics(
         num_read=num_read,
@@ -114,29 +107,7 @@ def measure_frames(
         num_up_from_pose=ups["pose"],
         num_up_from_camera=ups["camera"],
         num_up_unknown=ups["unknown"],
-        up_doubt=_find_up_doubt(map_ups, num_asked),
-    )
-
-
-def _is_up_from_pose(frame: DepthFrame, trajectory: Trajectory) -> bool:
-    """Whether map z is what the frame has for up; with ``--up auto`` it is not, and nothing is to doubt."""
-    map_z = trajectory.pose_at(frame.stamp_ns)[2, :3]
-    return frame.up is not None and bool(np.allclose(frame.up, map_z, atol=1e-6))
-
-
-def _find_up_doubt(map_ups: list[Float64Array], num_asked: int) -> str | None:
-    """Return a sentence if the floor in most of the frames that show one is far from level in the map."""
-    try:
-        levelling = levelling_from_ups(np.array(map_ups).reshape(-1, 3), num_asked=num_asked)
-    except TrajectoryError:
-        return None
-    angle = float(np.degrees(levelling.angle))
-    if angle < _MAX_TILT_DEG:
-        return None
-    return (
-        f"by the poses the floor is tilted by {angle:.0f} deg, in {levelling.num_agreeing} of {num_asked} "
-        "frames asked: are the poses those of the camera's optical frame (x right, y down, z forward)? if "
-        "they are, tell up with --up"
+        pose_mistake=watch.mistake(),
     )
 
 

@@ -81,11 +81,14 @@ class LevelMap:
         (4, 4) turn of the coordinate frame of the poses as recorded.
     note
         A sentence about that turn; ``None`` without one.
+    is_by_floor
+        Whether the floor told which way is up.
     """
 
     trajectory: Trajectory
     map_from_recorded: Transform
     note: str | None
+    is_by_floor: bool = False
 
 
 def find_level_map(
@@ -117,6 +120,7 @@ def find_level_map(
             trajectory=turned_trajectory(levelling.map_from_recorded, trajectory),
             map_from_recorded=levelling.map_from_recorded @ turn,
             note=str(levelling),
+            is_by_floor=True,
         )
     is_turned = not np.array_equal(turn, np.eye(4))
     note = f"the map was turned so that its {up} axis is z; all results are in the turned map"

@@ -14,12 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.config import Config, dump_config
-from stairmap.errors import MapFullError, MissingPackageError
+from stairmap.errors import MapFullError, MissingPackageError, RecordingError
 from stairmap.export.history import HISTORY_FILE, history_values
-from stairmap.export.results import RunFolder
+from stairmap.export.results import CONFIG_FILE, RunFolder
 from stairmap.export.summary import counted, format_summary
 from stairmap.map_levelling import LevelMap
 from stairmap.pipeline import DEFAULT_METHOD
+from stairmap.pose_mistakes import PoseWatch
 from stairmap.recordings.base import Recording
 from stairmap.recordings.frame_iterators import numbered_frames
 from stairmap.session import MapSession
@@ -76,6 +77,9 @@ class RecordingRun:
     ----------
     session
         What has been found so far.
+    failure
+        Why the recording could not be read to its end; ``None`` unless it could not. What was found before
+        counts.
 
     Raises
     ------
@@ -94,6 +98,14 @@ class RecordingRun:
         self._last_frame = (0, 0)
         self._was_stopped = False
         self._notes: tuple[str, ...] = ()
+        self._num_known = 0
+        self._pose_watch = PoseWatch(
+            recording.num_frames,
+            map_from_recorded=level_map.map_from_recorded,
+            max_depth=config.detection.max_depth,
+            knows_up=level_map.is_by_floor,
+        )
+        self.failure: RecordingError | None = None
 
     def process_frames(
         self,
@@ -108,7 +120,8 @@ class RecordingRun:
         Parameters
         ----------
         folder
-            Where to write ``detections.jsonl`` and ``history.jsonl`` meanwhile.
+            Where to write ``config.yaml`` at once and ``detections.jsonl``, ``history.jsonl`` and
+            ``trajectory.tum`` meanwhile.
         should_stop
             Asked before each frame; the run ends there when it says so.
         on_frame
@@ -116,6 +129,26 @@ class RecordingRun:
         view
             Where to show the run meanwhile.
         """
+        if folder is not None:
+            folder.write_config(self.session.config)
+        try:
+            self._process_frames(folder, should_stop, on_frame, view)
+        except (RecordingError, OSError) as error:
+            if not self._collector.num_frames:
+                raise
+            # A cable that was pulled, a disk that went away: it must not cost what was found before.
+            self.failure = RecordingError(
+                f"the recording could not be read beyond frame {self._last_frame[0]}: {error}"
+            )
+            self._notes = (str(self.failure),)
+
+    def _process_frames(
+        self,
+        folder: RunFolder | None,
+        should_stop: Callable[[], bool],
+        on_frame: Callable[[int], None],
+        view: RunView | None,
+    ) -> None:
         trajectory = self._level_map.trajectory
         num_stairways = 0
         for number, frame in self._frames:
@@ -130,8 +163,10 @@ class RecordingRun:
                     self._notes = (f"the run ended early: {error}",)
                     return
                 self._collector.add(frame, detection, map_from_camera)
+                self._pose_watch.add(frame, map_from_camera)
                 if folder is not None:
                     folder.append_detection(detection)
+                    folder.append_pose(frame.stamp_ns, map_from_camera)
                 if view is not None:
                     view.show_frame(frame_view_from_detection(number, frame, map_from_camera, detection))
                 self._last_frame = (number, frame.stamp_ns)
@@ -146,8 +181,9 @@ class RecordingRun:
         number, stamp_ns = self._last_frame
         stairways = self.session.stairways()
         self._collector.convergence.add(stairways, self._collector.num_observations)
-        if folder is not None and stairways:
+        if folder is not None and (stairways or self._num_known):
             folder.append_json(HISTORY_FILE, history_values(stamp_ns, stairways))
+        self._num_known = len(stairways)
         if view is not None:
             view.show_stairways(stairways, number, stamp_ns)
         return len(stairways)
@@ -169,7 +205,7 @@ class RecordingRun:
         )
 
     def _describe_problems(self) -> tuple[str, ...]:
-        lines = [] if self._level_map.note is None else [self._level_map.note]
+        lines = [*filter(None, [self._pose_watch.mistake(), self._level_map.note])]
         lines += [*self._recording.problems.to_lines(), *self._notes]
         if self._was_stopped:
             lines.append(f"the run was interrupted after {counted(self._collector.num_frames, 'frame')}")
@@ -193,23 +229,25 @@ class RecordingRun:
         return f"{seen}it takes {limit} observations that agree in the map ({section}.{key})"
 
     def write_results(self, folder: RunFolder, outcome: RunOutcome) -> None:
-        """Write everything but the report, the result itself first."""
+        """Write everything but the report, most valuable first: a disk may have room for some of it only."""
+        folder.release_reserve()
         folder.write_stairways(
             outcome.stairways, num_frames=outcome.num_frames, frame_id=self._recording.frame_id
         )
         if outcome.num_frames:
             folder.write_trajectory(self.session.trajectory())
-        folder.write_config(self.session.config)
-        folder.write_mesh(outcome.stairways)
         folder.write_summary(
             format_summary(
                 outcome.stairways,
                 num_frames=outcome.num_frames,
                 num_detections=outcome.num_detections,
                 reasons=outcome.reasons,
-                problems=outcome.problems,
+                problems=(*outcome.problems, *folder.failures),
             )
         )
+        if not (folder.path / CONFIG_FILE).exists():
+            folder.write_config(self.session.config)
+        folder.write_mesh(outcome.stairways)
 
     def write_report(
         self,
@@ -217,8 +255,12 @@ class RecordingRun:
         outcome: RunOutcome,
         *,
         find_references: FindReferences | None = None,
+        facts: Mapping[str, str] | None = None,
     ) -> str | None:
-        """Write ``report.html``; return a sentence instead if a package for it is missing."""
+        """Write ``report.html``; return a sentence instead if a package for it is missing.
+
+        ``facts`` say where it comes from: date, recording, command.
+        """
         data = report_data(
             self._collector,
             recording_name=self._recording.name,
@@ -229,6 +271,7 @@ class RecordingRun:
             problems=outcome.problems,
             references=None if find_references is None else find_references(outcome.stairways),
             detector=self.session.detector,
+            facts=facts,
         )
         try:
             folder.write_report(render_report(data))

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Points, Transform, Vector, readonly
+from stairmap.input_files import validated
+from stairmap.saved_stairway import SavedFlight, SavedFlightStd, SavedLanding, SavedStairway, SavedStep
 from stairmap.transforms import transform_from_parts, transform_points
 
 UNKNOWN_STEP_STD = (float("nan"), float("nan"))
@@ -52,12 +54,12 @@ class Step:
         }
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Step:
-        """Rebuild a step from ``to_dict``; schema 1 knows no ``std``."""
-        along, up = data.get("std", (None, None))
+    def from_saved(cls, saved: SavedStep) -> Step:
+        """Rebuild a step from what a file holds; schema 1 knows no ``std``."""
+        along, up = saved.std
         return cls(
-            nosing=data["nosing"],
-            num_observations=int(data["num_observations"]),
+            nosing=np.array(saved.nosing),
+            num_observations=saved.num_observations,
             std=(_number_or_nan(along), _number_or_nan(up)),
         )
 
@@ -90,9 +92,13 @@ class FlightStd:
         }
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> FlightStd:
-        """Rebuild the deviations from ``to_dict``; schema 1 knows no ``overhang``."""
-        return cls(**{**data, "overhang": _number_or_nan(data.get("overhang"))})
+    def from_saved(cls, saved: SavedFlightStd) -> FlightStd:
+        """Rebuild the deviations from what a file holds; schema 1 knows no ``overhang``."""
+        names = ("rise", "run", "width", "pitch", "heading", "overhang")
+        return cls(
+            **{name: _number_or_nan(getattr(saved, name)) for name in names},
+            base=np.array([_number_or_nan(value) for value in saved.base]),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -300,26 +306,28 @@ class Flight:
         Raises
         ------
         ValueError
-            If a key is missing or a value impossible.
+            If a key is missing or a value impossible; see ``stairmap.saved_stairway``.
         """
-        try:
-            return cls(
-                base=data["base"],
-                heading=float(data["heading"]),
-                rise=float(data["rise"]),
-                run=float(data["run"]),
-                width=float(data["width"]),
-                num_risers=int(data["num_risers"]),
-                left_bounded=bool(data["width_bounded"]["left"]),
-                right_bounded=bool(data["width_bounded"]["right"]),
-                overhang=_number_or_nan(data.get("overhang")),
-                bottom_seen=_flag_or_none(data.get("bottom_seen")),
-                top_seen=_flag_or_none(data.get("top_seen")),
-                std=FlightStd.from_dict(data["std"]),
-                steps=tuple(Step.from_dict(step) for step in data["steps"]),
-            )
-        except (KeyError, TypeError) as error:
-            raise ValueError(f"a flight lacks or misnames a key: {error}") from error
+        return cls.from_saved(validated(SavedFlight, _none_for_nan(data)))
+
+    @classmethod
+    def from_saved(cls, saved: SavedFlight) -> Flight:
+        """Rebuild a flight from what a file holds."""
+        return cls(
+            base=np.array(saved.base),
+            heading=saved.heading,
+            rise=saved.rise,
+            run=saved.run,
+            width=saved.width,
+            num_risers=saved.num_risers,
+            left_bounded=saved.width_bounded.left,
+            right_bounded=saved.width_bounded.right,
+            overhang=_number_or_nan(saved.overhang),
+            bottom_seen=saved.bottom_seen,
+            top_seen=saved.top_seen,
+            std=FlightStd.from_saved(saved.std),
+            steps=tuple(Step.from_saved(step) for step in saved.steps),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -351,6 +359,12 @@ class Landing:
             "size": rounded(self.size),
             "heading": rounded(self.heading),
         }
+
+    @classmethod
+    def from_saved(cls, saved: SavedLanding) -> Landing:
+        """Rebuild a landing from what a file holds."""
+        length, width = saved.size
+        return cls(center=np.array(saved.center), size=(length, width), heading=saved.heading)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -414,19 +428,21 @@ class Stairway:
         Raises
         ------
         ValueError
-            If a key is missing or a value impossible.
+            If a key is missing or a value impossible; see ``stairmap.saved_stairway``.
         """
-        try:
-            return cls(
-                id=int(data["id"]),
-                num_observations=int(data["num_observations"]),
-                first_seen_ns=int(data["first_seen_ns"]),
-                last_seen_ns=int(data["last_seen_ns"]),
-                flights=tuple(Flight.from_dict(flight) for flight in data["flights"]),
-                landings=tuple(Landing(**landing) for landing in data["landings"]),
-            )
-        except (KeyError, TypeError) as error:
-            raise ValueError(f"a stairway lacks or misnames a key: {error}") from error
+        return cls.from_saved(validated(SavedStairway, _none_for_nan(data)))
+
+    @classmethod
+    def from_saved(cls, saved: SavedStairway) -> Stairway:
+        """Rebuild a stairway from what a file holds."""
+        return cls(
+            id=saved.id,
+            num_observations=saved.num_observations,
+            first_seen_ns=saved.first_seen_ns,
+            last_seen_ns=saved.last_seen_ns,
+            flights=tuple(Flight.from_saved(flight) for flight in saved.flights),
+            landings=tuple(Landing.from_saved(landing) for landing in saved.landings),
+        )
 
 
 def rounded(values: Any) -> Any:
@@ -443,9 +459,13 @@ def _number_or_nan(value: float | None) -> float:
     return float("nan") if value is None else float(value)
 
 
-def _flag_or_none(value: bool | float | None) -> bool | None:
-    """A truth value read from JSON; readers that turn ``null`` into NaN mean unknown by it."""
-    return value if isinstance(value, bool) else None
+def _none_for_nan(values: Any) -> Any:
+    """Nested JSON types with ``None`` for NaN, which readers put in its place for an unknown number."""
+    if isinstance(values, dict):
+        return {key: _none_for_nan(value) for key, value in values.items()}
+    if isinstance(values, list):
+        return [_none_for_nan(value) for value in values]
+    return None if isinstance(values, float) and np.isnan(values) else values
 
 
 def _landing_surface(landing: Landing) -> tuple[Points, IntArray]:

@@ -79,7 +79,9 @@ def test_options_of_a_bag_come_back_as_they_were_given(recording, tmp_path, monk
     )
     loaded.open()
     given = replace(bag, camera_file=tmp_path.resolve() / "camera.json")
-    assert asked == {"path": recording.resolve(), "trajectory": None, "up": None, "bag": given}
+    assert asked == {
+        "path": recording.resolve(), "trajectory": None, "up": None, "pose_format": None, "bag": given
+    }  # fmt: skip
 
 
 def test_a_trajectory_that_is_not_there_any_more_is_left_out(recording, tmp_path):

@@ -136,8 +136,9 @@ def test_a_folder_that_vanishes_is_an_output_error(tmp_path: Path) -> None:
     (folder.path / "detections.jsonl").unlink()
     folder.path.rmdir()
     folder.path.write_text("")
+    folder.write_summary("text")
     with pytest.raises(OutputError, match=r"cannot write .*summary.txt"):
-        folder.write_summary("text")
+        folder.close()
 
 
 def test_every_detection_is_on_disk_before_the_run_ends(tmp_path: Path, detection: Detection) -> None:
@@ -170,7 +171,7 @@ def test_an_unfinished_last_line_is_passed_over(tmp_path: Path, detection: Detec
     path.write_text(path.read_text() + '{"stamp_ns": 13, "det')
     assert len(list(load_detections(path))) == 1
     path.write_text('{"stamp_ns": 13}\n')
-    with pytest.raises(ResultsError, match="line 1 lacks the key 'rejections'"):
+    with pytest.raises(ResultsError, match="line 1 cannot be read: lacks the key 'observations'"):
         list(load_detections(path))
 
 
@@ -183,7 +184,10 @@ def test_an_unfinished_last_line_is_passed_over(tmp_path: Path, detection: Detec
         ('{"schema": 3}', "schema 3, this version of stairmap reads schemas 1 and 2"),
         ('{"schema": 1, "software": "", "num_frames": 0, "stairways": []}', "lacks the key 'frame_id'"),
         ('{"schema": 1, "software": "", "frame_id": "", "num_frames": 0, "stairways": [{}]}', "lacks"),
-        ('{"schema": 1, "software": "", "frame_id": "", "num_frames": 0, "stairways": 5}', "not iterable"),
+        (
+            '{"schema": 1, "software": "", "frame_id": "", "num_frames": 0, "stairways": 5}',
+            "stairways: should be a valid list, got 5",
+        ),
     ],
 )
 def test_a_file_that_is_no_stairways_json_says_what_is_wrong(tmp_path: Path, text: str, message: str) -> None:
@@ -258,8 +262,9 @@ def test_null_stands_for_whatever_is_not_finite_at_any_depth() -> None:
 def test_a_file_that_cannot_be_put_in_place_leaves_no_partial_one(tmp_path: Path) -> None:
     folder = create_run_folder(tmp_path / "run", "x")
     (folder.path / "summary.txt").mkdir()
+    folder.write_summary("text")
     with pytest.raises(OutputError, match=r"cannot write .*summary.txt"):
-        folder.write_summary("text")
+        folder.close()
     assert not [path for path in folder.path.iterdir() if path.name.endswith(".partial")]
 
 
@@ -300,5 +305,5 @@ def test_a_line_in_the_middle_that_stairmap_did_not_write_is_named(
 
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
     (tmp_path / "stairways.json").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ResultsError, match="is not a text file in UTF-8"):
+    with pytest.raises(ResultsError, match="to be UTF-8 text, but it is UTF-16"):
         load_stairways(tmp_path)

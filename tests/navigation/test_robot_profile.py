@@ -172,7 +172,7 @@ def test_a_source_may_be_missing():
 
 def test_a_profile_that_is_no_text_or_has_no_suffix_is_refused_or_read(tmp_path):
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ConfigError, match="is no text file"):
+    with pytest.raises(ConfigError, match="to be UTF-8 text"):
         load_robot(tmp_path / "binary.yaml")
     (tmp_path / "mine").write_text(yaml.safe_dump(GOOD))
     assert load_robot(tmp_path / "mine").name == "mine"

@@ -98,10 +98,11 @@ def test_a_file_that_vanishes_while_reading_is_skipped(make_recording: MakeRecor
     recording = ImageFolderRecording(make_recording())
     frames = iter(recording)
     next(frames)
-    (recording._folder / "depth" / "000002.png").unlink()
+    image = recording._folder / "depth" / "000002.png"
+    image.unlink()
     assert len(list(frames)) == 2
     assert [frame.reason for frame in recording.problems.skipped] == [
-        "cannot be read: No such file or directory"
+        f"cannot read {image.resolve()}: No such file or directory"
     ]
 
 

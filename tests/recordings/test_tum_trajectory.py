@@ -99,5 +99,5 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
 
 def test_a_folder_that_is_not_there_cannot_be_written(tmp_path: Path) -> None:
     trajectory = Trajectory(stamps_ns=np.array([0]), map_from_camera=np.eye(4)[None])
-    with pytest.raises(OutputError, match="cannot write the trajectory"):
+    with pytest.raises(OutputError, match=r"cannot write .*trajectory\.tum"):
         dump_tum_trajectory(tmp_path / "none" / "trajectory.tum", trajectory)

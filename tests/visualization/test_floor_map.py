@@ -57,7 +57,7 @@ def test_an_end_that_nobody_saw_is_told_on_its_floor(building):
     floors = find_floors([stairway])
     text = texts(draw_floor_maps(floors, [stairway], make_portals([stairway], floors, load_robot("spot"))))
     assert text.count("may go on here") == 1
-    assert text.count("or beyond: the end of its stairs was not seen") == 1
+    assert text.count("or beyond:\nthe end of its stairs was not seen") == 1
 
 
 def test_places_to_explore_are_numbered_with_their_cost(building):

@@ -6,20 +6,17 @@
 
 from __future__ import annotations
 
-import json
-import os
+import io
 import zipfile
 from pathlib import Path
 
 import numpy as np
 
-import stairmap
-from stairmap.errors import StairmapError, TrajectoryError
-from stairmap.export.results import SCHEMA as STAIRWAYS_SCHEMA
-from stairmap.export.results import null_for_nan
+from stairmap.errors import OutputError, StairmapError, TrajectoryError
+from stairmap.export.results import stairways_json
 from stairmap.modeling.mapper import MapperState
+from stairmap.output_files import write_whole, write_whole_text
 from stairmap.session import MapSessionState
-from stairmap.stairway import Stairway
 from stairmap_ros.stairway_map import MapSnapshot, StairwayMap
 from stairmap_ros.viewpoints import index_stamps_ns
 
@@ -106,37 +103,22 @@ def save_map(path: Path, snapshot: MapSnapshot, *, map_frame: str) -> None:
         If it cannot be written.
     """
     state = snapshot.state.modeler
+    content = io.BytesIO()
+    np.savez(
+        content,
+        schema=SCHEMA,
+        map_frame=map_frame,
+        observations=state.observations,
+        edges=state.edges,
+        ids=state.ids,
+        next_id=state.next_id,
+        looks=state.looks,
+        stamps_ns=snapshot.stamps_ns,
+        map_from_camera=snapshot.state.map_from_camera,
+    )
+    text = stairways_json(snapshot.stairways, num_frames=len(snapshot.stamps_ns), frame_id=map_frame)
     try:
-        new = path.with_suffix(".npz.new")
-        with new.open("wb") as file:
-            np.savez(
-                file,
-                schema=SCHEMA,
-                map_frame=map_frame,
-                observations=state.observations,
-                edges=state.edges,
-                ids=state.ids,
-                next_id=state.next_id,
-                looks=state.looks,
-                stamps_ns=snapshot.stamps_ns,
-                map_from_camera=snapshot.state.map_from_camera,
-            )
-            os.fsync(file.fileno())
-        new.replace(path)
-        text = _stairways_json(snapshot.stairways, len(snapshot.stamps_ns), map_frame)
-        new = path.with_suffix(".json.new")
-        new.write_text(text, encoding="utf-8")
-        new.replace(path.with_suffix(".json"))
-    except OSError as error:
-        raise MapFileError(f"cannot write map_file {path}: {error.strerror}") from error
-
-
-def _stairways_json(stairways: tuple[Stairway, ...], num_frames: int, map_frame: str) -> str:
-    values = {
-        "schema": STAIRWAYS_SCHEMA,
-        "software": f"stairmap {stairmap.__version__}",
-        "frame_id": map_frame,
-        "num_frames": num_frames,
-        "stairways": [stairway.to_dict() for stairway in stairways],
-    }
-    return json.dumps(null_for_nan(values), indent=1, allow_nan=False) + "\n"
+        write_whole(path, content.getvalue())
+        write_whole_text(path.with_suffix(".json"), text)
+    except OutputError as error:
+        raise MapFileError(f"map_file: {error}") from error

@@ -13,17 +13,17 @@ from stairmap.cli.commands.demo import demo
 from stairmap.cli.commands.detect import detect
 from stairmap.cli.commands.evaluate import evaluate
 from stairmap.cli.commands.export import export
+from stairmap.cli.commands.finish import finish
 from stairmap.cli.commands.inspect import inspect
 from stairmap.cli.commands.live import live
 from stairmap.cli.commands.plan import plan
 from stairmap.cli.commands.run import run
 from stairmap.cli.commands.simulate import simulate
 from stairmap.cli.commands.view import view
-from stairmap.cli.exits import CommandGroup
+from stairmap.cli.exits import Command, CommandGroup
 
 app = typer.Typer(
     cls=CommandGroup,
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
@@ -36,10 +36,24 @@ Examples:
   stairmap run my_recording       the stairways in the map, with a report
   stairmap detect my_recording    each frame by itself, no poses needed
 """,
-    epilog="Exit code: 0 ran (also without a stairway), 1 error, 2 wrong usage, 130 or 143 interrupted.",
+    epilog="Exit code: 0 ran (also without a stairway), 1 error, 2 wrong usage, 130, 143 or 129 interrupted.",
 )
-for command in (run, detect, live, view, inspect, check, export, plan, demo, simulate, evaluate, config):
-    app.command()(command)
+for command in (
+    run,
+    detect,
+    live,
+    view,
+    inspect,
+    check,
+    export,
+    plan,
+    finish,
+    demo,
+    simulate,
+    evaluate,
+    config,
+):
+    app.command(cls=Command)(command)
 
 
 def _print_version(is_asked: bool) -> None:
@@ -52,7 +66,8 @@ def _print_version(is_asked: bool) -> None:
 def _stairmap(
     *,
     version: Annotated[
-        bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
+        bool,
+        typer.Option("--version", "-V", help="Print the version.", is_eager=True, callback=_print_version),
     ] = False,
 ) -> None:
     pass

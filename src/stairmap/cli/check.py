@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import typer
 
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.requests import CheckRequest
-from stairmap.errors import OutputError
 from stairmap.export.loading import ResultsError, load_stairways
 from stairmap.export.results import null_for_nan
 from stairmap.export.verdicts import CODE_COLUMNS, VERDICT_COLUMNS, code_cells, verdict_cells
 from stairmap.navigation.codes import CodeCheck, check_code, code_ids, load_code
 from stairmap.navigation.robot_profile import load_robot, robot_names
 from stairmap.navigation.traversability import Assessment, assess
+from stairmap.output_files import check_new_file, write_whole
 from stairmap.visualization.plots import png_from_figure
 from stairmap.visualization.verdicts import draw_verdicts
 
@@ -28,6 +27,8 @@ def check_stairways(request: CheckRequest) -> int:
     StairmapError
         If the run, a profile or a code cannot be read, or the run holds no stairway.
     """
+    if request.picture is not None:
+        check_new_file(request.picture, option="--picture")
     robots = [load_robot(name) for name in request.robots or _default_robots(request)]
     codes = [load_code(code_id) for code_id in request.codes]
     stairways = load_stairways(request.stairways).stairways
@@ -36,7 +37,7 @@ def check_stairways(request: CheckRequest) -> int:
     assessments = [assess(stairway, robot) for stairway in stairways for robot in robots]
     code_checks = [check_code(stairway, code) for stairway in stairways for code in codes]
     if request.picture is not None:
-        _write(request.picture, png_from_figure(draw_verdicts(stairways, assessments, code_checks)))
+        write_whole(request.picture, png_from_figure(draw_verdicts(stairways, assessments, code_checks)))
     if request.as_json:
         values = {
             "assessments": [assessment.to_dict() for assessment in assessments],
@@ -72,10 +73,3 @@ def _format_text(assessments: list[Assessment], code_checks: list[CodeCheck]) ->
         "passable and impassable are said from a probability of 97.7 % on"
     )
     return "\n\n".join(parts)
-
-
-def _write(path: Path, content: bytes) -> None:
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error

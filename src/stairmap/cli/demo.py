@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 import typer
 
+from stairmap.cli.exits import warn
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
+from stairmap.cli.report_facts import report_facts
 from stairmap.config import Config
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
 from stairmap.export.summary import counted
@@ -84,6 +86,7 @@ def run_demo(*, output: Path | None, as_json: bool) -> int:
     # Learn that the ray caster is not installed before a folder is made.
     RayCaster(scene.mesh)
     with create_run_folder(output, "demo") as folder:
+        folder.on_failure = warn
         typer.echo(f"rendering {NUM_FRAMES} frames: {ROBOT}, {SENSOR}, odometry error", err=True)
         with FrameProgress(None) as progress:
             write_simulation(
@@ -127,7 +130,10 @@ def _run_method(
     if folder is not None:
         run.write_results(folder, outcome)
         missing = run.write_report(
-            folder, outcome, find_references=lambda stairways: _find_references(stairways, truth)
+            folder,
+            outcome,
+            find_references=lambda stairways: _find_references(stairways, truth),
+            facts=report_facts(folder.path / "recording"),
         )
         if missing:
             typer.echo(missing, err=True)

@@ -9,6 +9,7 @@ import numpy as np
 import typer
 
 import stairmap
+from stairmap.cli.exits import warn
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.opening import open_requested
 from stairmap.cli.plain_table import format_columns
@@ -16,12 +17,14 @@ from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import DetectRequest
 from stairmap.config import load_config
 from stairmap.detection.observation import Detection
+from stairmap.errors import RecordingError
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
 from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
 from stairmap.export.summary import counted
 from stairmap.pipeline import Detector, make_detector
 from stairmap.recordings.base import Recording
 from stairmap.recordings.frame_iterators import numbered_frames
+from stairmap.recordings.identity import identify_recording
 from stairmap.visualization.collecting import ReportCollector, RuleStatistics
 from stairmap.visualization.overlay import draw_detection, png_from_image
 
@@ -42,15 +45,23 @@ def detect_recording(request: DetectRequest) -> int:
     recording = open_requested(given)
     loop = _DetectLoop(recording, make_detector(config, method=given.method))
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
+        folder.on_failure = warn
         folder.log(f"stairmap {stairmap.__version__} detect {given.recording} --method {given.method}")
         reference = RecordingReference.from_arguments(
-            given.recording, trajectory=given.trajectory, up=given.up, bag=given.bag
+            given.recording,
+            trajectory=given.trajectory,
+            up=given.up,
+            pose_format=given.pose_format,
+            bag=given.bag,
+            identity=identify_recording(recording),
         )
         folder.write_text(RECORDING_FILE, reference.to_json())
         folder.write_config(config)
         loop.process_frames(folder, interrupt, with_overlays=request.with_overlays)
+        folder.release_reserve()
         collector = loop.collector
         problems = list(recording.problems.to_lines())
+        problems += [str(loop.failure)] if loop.failure is not None else []
         if interrupt:
             problems.append(f"interrupted after {counted(collector.num_frames, 'frame')}")
         text = _format_text(collector, loop.listed if recording.num_frames <= MAX_FRAMES_LISTED else [])
@@ -62,6 +73,8 @@ def detect_recording(request: DetectRequest) -> int:
             typer.echo(_format_json(folder, collector, problems, interrupt))
         else:
             typer.echo(f"{text}\n{folder.path}")
+        if loop.failure is not None:
+            raise loop.failure
         return interrupt.exit_code
 
 
@@ -74,8 +87,18 @@ class _DetectLoop:
         self._detector = detector
         self.collector = ReportCollector()
         self.listed: list[tuple[int, Detection]] = []
+        self.failure: RecordingError | None = None
 
     def process_frames(self, folder: RunFolder, interrupt: Interrupt, *, with_overlays: bool) -> None:
+        try:
+            self._process_frames(folder, interrupt, with_overlays)
+        except (RecordingError, OSError) as error:
+            if not self.collector.num_frames:
+                raise
+            read = counted(self.collector.num_frames, "frame")
+            self.failure = RecordingError(f"the recording could not be read beyond {read}: {error}")
+
+    def _process_frames(self, folder: RunFolder, interrupt: Interrupt, with_overlays: bool) -> None:
         with FrameProgress(self._num_frames) as progress:
             for number, frame in self._frames:
                 if interrupt:

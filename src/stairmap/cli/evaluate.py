@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import typer
 
 from stairmap.cli.evaluate_request import EvaluateRequest
-from stairmap.cli.trial_progress import TrialProgress
+from stairmap.cli.progress import TrialProgress
 from stairmap.config import Config, load_config
-from stairmap.errors import OutputError
+from stairmap.errors import CrashedTrialsError
 from stairmap.evaluation.convergence import draw_convergences, record_convergence
 from stairmap.evaluation.detection_rates import QUICK_GRID, RateGrid, RatePanel, measure_panels
 from stairmap.evaluation.frame_judging import FrameJudgement
@@ -25,11 +25,13 @@ from stairmap.evaluation.suites import SIMULATED_SUITES, TrialChoice, make_specs
 from stairmap.evaluation.tables import format_all, format_real
 from stairmap.evaluation.trials import TrialResult, TrialSpec
 from stairmap.evaluation.view_running import make_view_specs, run_views
+from stairmap.output_files import check_new_folder, output_error, write_whole
 from stairmap.pipeline import METHODS
 from stairmap.simulation.kinds import ViewSpec
+from stairmap.simulation.render import check_ray_caster
 from stairmap.simulation.robots import ROBOTS
 from stairmap.simulation.sensors import SENSORS
-from stairmap.visualization.plots import png_from_figure
+from stairmap.visualization.plots import make_figure, png_from_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,8 +46,11 @@ def evaluate_methods(request: EvaluateRequest) -> int:
         If the configuration, the data or a package is missing, or the output cannot be written.
     """
     config = load_config(request.config_file, request.overrides)
+    if request.output is not None:
+        check_new_folder(request.output)
     specs = _make_specs(request)
     views = _make_view_specs(request)
+    _check_packages(request, is_simulated=bool(specs or views or "rates" in request.suites))
     results = _run_simulated(request, config, specs)
     real: tuple[RealResult, ...] = ()
     if "real" in request.suites:
@@ -82,7 +87,38 @@ def evaluate_methods(request: EvaluateRequest) -> int:
     typer.echo(json.dumps(data, allow_nan=False) if request.as_json else "\n\n".join(tables))
     if request.output is not None and not request.as_json:
         typer.echo(str(request.output))
+    _check_no_crash(results)
     return 0
+
+
+def _check_packages(request: EvaluateRequest, *, is_simulated: bool) -> None:
+    """Miss a package before hours of trials, not after.
+
+    Raises
+    ------
+    MissingPackageError
+        If one that the suites or the pictures need is not installed.
+    """
+    if is_simulated:
+        check_ray_caster()
+    if request.output is not None and ("rates" in request.suites or request.with_convergence):
+        make_figure(width=1, height=1)
+
+
+def _check_no_crash(results: Sequence[TrialResult]) -> None:
+    """Tell of trials that crashed; their rows are in the tables.
+
+    Raises
+    ------
+    CrashedTrialsError
+        If there are any.
+    """
+    crashed = [result for result in results if result.crash is not None]
+    if crashed:
+        raise CrashedTrialsError(
+            f"{len(crashed)} of {len(results)} trials crashed; the first: {crashed[0].spec}, "
+            f"{crashed[0].method}: {crashed[0].crash}"
+        )
 
 
 def _make_specs(request: EvaluateRequest) -> tuple[TrialSpec, ...]:
@@ -196,6 +232,6 @@ def _write_text(path: Path, text: str) -> None:
 def _write(path: Path, data: bytes) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
     except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+        raise output_error(path, error) from error
+    write_whole(path, data)

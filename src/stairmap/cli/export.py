@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from stairmap.cli.requests import ExportRequest
-from stairmap.errors import ConfigError, OutputError, StairmapError
+from stairmap.errors import ConfigError, StairmapError
 from stairmap.export.building import Building, load_building
 from stairmap.export.geojson import EarthAnchor, osm_from_stairways
 from stairmap.export.ifc import dump_ifc
@@ -16,6 +16,7 @@ from stairmap.export.mesh import dump_obj, dump_ply
 from stairmap.export.nav2 import dump_json, dump_keepout_masks, dump_route_graph, route_graph_from_portals
 from stairmap.navigation.portals import ANY_ROBOT, make_portals
 from stairmap.navigation.robot_profile import RobotProfile, load_robot
+from stairmap.output_files import check_new_file, output_error
 
 
 def export_stairways(request: ExportRequest) -> int:
@@ -43,7 +44,7 @@ def export_stairways(request: ExportRequest) -> int:
     try:
         request.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OutputError(f"cannot write {request.output}: {error.strerror}") from error
+        raise output_error(request.output, error) from error
     tried = [_try_export(name, building, request.output, robot, anchor) for name in request.formats]
     errors = [outcome for outcome in tried if outcome is not None]
     for failure in errors[:-1]:
@@ -82,6 +83,7 @@ def _export(
         "nav2-graph": "route_graph.geojson", "osm": "stairways_osm.geojson", "ifc": "stairways.ifc",
         "ply": "stairways.ply", "obj": "stairways.obj",
     }[name]  # fmt: skip
+    check_new_file(path, option="-f " + name + ":")
     if name == "nav2-graph":
         profile = ANY_ROBOT if robot is None else robot
         portals = make_portals(stairways, floors, profile)

@@ -21,10 +21,12 @@ from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import InspectRequest
 from stairmap.config import load_config
 from stairmap.detection.observation import Detection
-from stairmap.errors import OutputError, RecordingError, StairmapError
+from stairmap.errors import RecordingError, StairmapError
 from stairmap.export.results import null_for_nan
 from stairmap.frame import DepthFrame
+from stairmap.input_files import shown
 from stairmap.inspection import FrameStatistics, measure_frames
+from stairmap.output_files import check_new_file, write_whole
 from stairmap.pipeline import make_detector
 from stairmap.recordings.bags.recording import BagRecording
 from stairmap.recordings.base import Recording
@@ -41,6 +43,8 @@ def inspect_recording(request: InspectRequest) -> int:
     StairmapError
         If the recording cannot be used, the frame is not there, or the picture cannot be written.
     """
+    if request.output is not None:
+        check_new_file(request.output, option="--output")
     recording = _open(request)
     if request.frame_number is not None:
         _inspect_frame(recording, request, request.frame_number)
@@ -51,6 +55,7 @@ def inspect_recording(request: InspectRequest) -> int:
             statistics = measure_frames(
                 recording,
                 max_depth=max_depth,
+                knows_up=request.input.up == "auto",
                 should_stop=lambda: bool(interrupt),
                 on_frame=progress.advance,
             )
@@ -101,7 +106,7 @@ def _describe_recording(recording: Recording, statistics: FrameStatistics) -> di
         "num_up_from_pose": statistics.num_up_from_pose,
         "num_up_from_camera": statistics.num_up_from_camera,
         "num_up_from_floor": statistics.num_up_unknown,
-        "problems": [*filter(None, [statistics.up_doubt]), *recording.problems.to_lines()],
+        "problems": [*filter(None, [statistics.pose_mistake]), *recording.problems.to_lines()],
     } | ({"bag": describe_bag(recording)} if isinstance(recording, BagRecording) else {})
 
 
@@ -141,7 +146,7 @@ def _format_text(values: dict[str, Any]) -> str:
         else "none: pass --trajectory or --odometry, or use 'stairmap detect'",
         "up": f"from {ups}" if ups else "unknown",
     } | (format_bag_rows(values["bag"]) if "bag" in values else {})
-    lines = [f"{name:<13} {text}" for name, text in rows.items()]
+    lines = [f"{name:<13} {shown(text)}" for name, text in rows.items()]
     if values["problems"]:
         lines += ["problems", *(f"  {line}" for line in values["problems"])]
     if "bag" in values:
@@ -162,10 +167,7 @@ def _inspect_frame(recording: Recording, request: InspectRequest, number: int) -
         for line in _describe_detection(detection):
             typer.echo(line)
     if request.output is not None:
-        try:
-            request.output.write_bytes(trace_png(frame, detection))
-        except OSError as error:
-            raise OutputError(f"cannot write the picture {request.output}: {error.strerror}") from error
+        write_whole(request.output, trace_png(frame, detection))
         if not request.as_json:
             typer.echo(str(request.output))
 

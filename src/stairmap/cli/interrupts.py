@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, noted instead of obeyed at once, so that a run can write what it has so far."""
+"""Ctrl-C, SIGTERM and SIGHUP, noted instead of obeyed at once, so that a run can write what it has so far."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Interrupt:
 
     @property
     def exit_code(self) -> int:
-        """Exit code that shells expect: 130 for Ctrl-C, 143 for SIGTERM, 0 without a signal."""
+        """Exit code that shells expect: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP, 0 without one."""
         return 0 if self.signal_number is None else 128 + self.signal_number
 
     def handle(self, signal_number: int, _stack_frame: FrameType | None) -> None:
@@ -44,12 +44,18 @@ class Interrupt:
 
 @contextmanager
 def noted_interrupts() -> Iterator[Interrupt]:
-    """Note SIGINT and SIGTERM while the context lasts; the handlers before it are restored at its end."""
+    """Note SIGINT, SIGTERM and SIGHUP while the context lasts; the handlers before are restored at its end.
+
+    SIGHUP, which a terminal sends when its connection is lost, stays ignored under nohup.
+    """
     interrupt = Interrupt()
     if threading.current_thread() is not threading.main_thread():
         yield interrupt  # Python lets only the main thread handle signals
         return
-    before = {number: signal.signal(number, interrupt.handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, interrupt.handle) for number in numbers}
     try:
         yield interrupt
     finally:

@@ -5,18 +5,20 @@ from __future__ import annotations
 import typer
 
 import stairmap
+from stairmap.cli.exits import warn
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.live_session import LiveSession
 from stairmap.cli.live_table import COLUMNS, LiveTable, observation_rows
 from stairmap.cli.plain_table import format_columns
+from stairmap.cli.report_facts import report_facts
 from stairmap.cli.requests import LiveRequest
 from stairmap.config import dump_config, load_config
-from stairmap.errors import MissingPackageError, RecordingError, TrajectoryError
+from stairmap.errors import MissingPackageError, OutputError, RecordingError, TrajectoryError
 from stairmap.export.results import RunFolder, create_run_folder
 from stairmap.export.summary import counted, format_summary, format_table
 from stairmap.odometry_session import OdometryMap
 from stairmap.recordings.image_folder_writer import ImageFolderWriter
-from stairmap.recordings.realsense import RealSenseCamera, open_realsense
+from stairmap.recordings.realsense import LiveFrame, RealSenseCamera, open_realsense
 from stairmap.visualization.report import render_report, report_data
 
 
@@ -37,6 +39,7 @@ def run_live(request: LiveRequest) -> int:
     if request.record is not None:
         writer = ImageFolderWriter(request.record, camera.camera, depth_scale=round(1 / camera.depth_unit))
     with create_run_folder(request.output, "live") as folder, noted_interrupts() as interrupt:
+        folder.on_failure = warn
         folder.log(f"stairmap {stairmap.__version__} live --realsense: {camera.name}")
         folder.write_config(config)
         problem = _look(camera, session, folder, interrupt, writer, request)
@@ -60,7 +63,7 @@ def _look(
                 detection = session.process(live)
                 folder.append_detection(detection)
                 if writer is not None:
-                    writer.write(live.frame)
+                    writer = _record(writer, live)
                 table.show(session, detection)
                 if session.collector.num_frames == request.num_frames:
                     break
@@ -70,10 +73,21 @@ def _look(
     return None
 
 
+def _record(writer: ImageFolderWriter, live: LiveFrame) -> ImageFolderWriter | None:
+    """Write a frame of the recording; without room for it the session goes on without."""
+    try:
+        writer.write(live.frame)
+    except OutputError as error:
+        warn(f"{error}; the recording ends here, the session goes on")
+        return None
+    return writer
+
+
 def _write_results(
     session: LiveSession, folder: RunFolder, name: str, problem: str | None, *, with_odometry: bool
 ) -> str:
     """Write what was found; return it as text."""
+    folder.release_reserve()
     collector = session.collector
     reasons = [str(rule) for rule in collector.rule_statistics()]
     problems = [problem] if problem else []
@@ -127,6 +141,7 @@ def _write_map(
         config_yaml=dump_config(live_map.config),
         problems=problems,
         detector=session.detector,
+        facts=report_facts(name),
     )
     try:
         folder.write_report(render_report(data))

@@ -29,6 +29,7 @@ def open_requested(given: MethodRequest, *, up: str | None = None) -> Recording:
             given.recording,
             trajectory=given.trajectory,
             up=given.up if up is None else up,
+            pose_format=given.pose_format,
             bag=given.bag,
             watch=progress.update,
         )

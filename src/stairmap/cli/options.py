@@ -72,6 +72,16 @@ UpOption: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
+PoseFormatOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--pose-format",
+        metavar="WORDS",
+        help="How poses are written: wxyz, mm, inverse, body; several: wxyz,mm. Default: xyzw, m, optical.",
+        rich_help_panel=INPUT,
+        show_default=False,
+    ),
+]
 DepthTopicOption: TypeAlias = Annotated[
     str | None,
     typer.Option(
@@ -176,6 +186,7 @@ def method_request(
     trajectory: Path | None,
     up: Up | None,
     *,
+    pose_format: str | None = None,
     method: Method,
     config: Path | None,
     overrides: list[str] | None,
@@ -186,6 +197,7 @@ def method_request(
         recording=recording,
         trajectory=trajectory,
         up=None if up is None else up.value,
+        pose_format=pose_format,
         method=method.value,
         config_file=config,
         overrides=tuple(overrides or ()),

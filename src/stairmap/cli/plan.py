@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import typer
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import PlanRequest
-from stairmap.errors import ConfigError, OutputError
+from stairmap.errors import ConfigError
 from stairmap.export.building import load_building
 from stairmap.export.nav2 import dump_json
 from stairmap.export.recording_reference import load_recording_reference
@@ -25,6 +26,7 @@ from stairmap.navigation.occupancy import OccupancyGrid, dump_map, load_map
 from stairmap.navigation.planner import FloorPlanner, Route
 from stairmap.navigation.portals import Portal, make_portals, note_obstacles
 from stairmap.navigation.robot_profile import load_robot
+from stairmap.output_files import check_new_folder, output_error, write_whole
 from stairmap.recordings.base import Recording
 from stairmap.recordings.open import open_recording
 from stairmap.trajectory import Trajectory
@@ -42,7 +44,7 @@ def plan_way(request: PlanRequest) -> int:
         where the robot can be.
     """
     if request.output is not None:
-        _check_output(request.output)
+        check_new_folder(request.output)
     robot = load_robot(request.robot)
     building = load_building(request.run, camera_height=request.camera_height)
     stairways, floors, trajectory = building.stairways, building.floors, building.trajectory
@@ -82,23 +84,30 @@ def _load_grids(
             raise ConfigError(f"floor {level} has two maps; pass --map once for each floor")
         floors.floor(level)
         grids[level] = load_map(path)
-    if request.recording is not None:
-        if trajectory is None:
-            raise ConfigError(
-                f"{request.run} has no trajectory.tum, so --recording cannot be placed; pass --map"
-            )
-        mapped = _map_recording(_open(request.run, request.recording), request.run, floors, trajectory)
-        grids = {**mapped, **grids}
-    if not grids:
-        raise ConfigError("there is no map to plan on; pass --recording PATH or --map LEVEL=FILE")
-    return grids
+    # Where every floor that is asked for has a map, the recording is not needed.
+    if request.recording is None and grids:
+        return grids
+    recording = _open(request.run, request.recording)
+    if trajectory is None:
+        raise ConfigError(
+            f"{request.run} has no trajectory.tum, so its recording cannot be placed; pass --map"
+        )
+    return {**_map_recording(recording, request.run, floors, trajectory), **grids}
 
 
-def _open(run: Path, path: Path) -> Recording:
-    """Open a recording as the run did, if it is the same one."""
-    reference = load_recording_reference(run) if run.is_dir() else None
-    same = reference is not None and reference.path == path.resolve()
-    return reference.open() if reference is not None and same else open_recording(path)
+def _open(run: Path, path: Path | None) -> Recording:
+    """Open the run's recording as the run did: where it was, or at the path given."""
+    reference = load_recording_reference(run if run.is_dir() else run.parent)
+    if path is not None:
+        if reference is None:
+            return open_recording(path)
+        return replace(reference, path=path).open()
+    if reference is None:
+        raise ConfigError(
+            f"there is no map to plan on: {run} does not say where its recording is; pass --recording PATH "
+            "or --map LEVEL=FILE"
+        )
+    return reference.open()
 
 
 def _map_recording(
@@ -197,20 +206,12 @@ def _format_text(route: Route | None, candidates: tuple[Candidate, ...]) -> str:
     return f"{table}\n\n{route.cost:.0f} s in all"
 
 
-def _check_output(output: Path) -> None:
-    """Refuse a folder that cannot be used before minutes of mapping, not after."""
-    if output.exists() and not output.is_dir():
-        raise OutputError(f"--output {output} is a file; name a folder that is new or empty")
-    if output.is_dir() and any(output.iterdir()):
-        raise OutputError(f"--output {output} is not empty and nothing is overwritten; name another folder")
-
-
 def _write(output: Path, values: dict[str, Any], grids: dict[int, OccupancyGrid], picture: bytes) -> None:
     try:
         output.mkdir(parents=True, exist_ok=True)
-        (output / "plan.png").write_bytes(picture)
     except OSError as error:
-        raise OutputError(f"cannot write {output}: {error.strerror}") from error
+        raise output_error(output, error) from error
     dump_json(values, output / "plan.json")
+    write_whole(output / "plan.png", picture)
     for level, grid in grids.items():
         dump_map(grid, output, f"floor_{level}")

@@ -1,4 +1,7 @@
-"""The progress bar of long work: ``frame 812/2400 · 31 fps · 2 stairways`` on stderr."""
+"""How far long work is, on stderr: ``frame 812/2400 · 31 fps · 2 stairways · ends 14:32:05``.
+
+A bar on a terminal; elsewhere, as in a log, a line a minute.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +12,63 @@ from types import TracebackType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
+from stairmap.input_files import shown
+
 _PERIOD = 0.1
-"""Time between two updates, s."""
+"""Time between two updates of a bar, s."""
+
+LINE_PERIOD = 60.0
+"""Time between two lines where there is no terminal, s."""
 
 _PATIENCE = 0.5
 """What takes no longer, s, needs no bar."""
 
+_MIN_SHARE = 0.02
+"""Below this share of the work nobody knows when it ends."""
+
+
+class _Bar:
+    """A bar on a terminal, a line now and then elsewhere."""
+
+    def __init__(self) -> None:
+        self._is_terminal = sys.stderr.isatty()
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            console=Console(stderr=True),
+            transient=True,
+            disable=not self._is_terminal,
+        )
+        self._task: TaskID | None = None
+        self._period = _PERIOD if self._is_terminal else LINE_PERIOD
+        self.started = self._updated = time.monotonic()
+
+    def start(self, text: str, total: int | None) -> None:
+        if self._task is None:
+            self._progress.start()
+            self._task = self._progress.add_task(text, total=total)
+
+    def stop(self) -> None:
+        self._progress.stop()
+
+    def is_due(self) -> bool:
+        return time.monotonic() - self._updated >= self._period
+
+    def show(self, text: str, count: int, total: int | None) -> None:
+        now = time.monotonic()
+        self._updated = now
+        if total and count >= _MIN_SHARE * total:
+            rest = (now - self.started) / count * max(total - count, 0)
+            text += f" · ends {time.strftime('%H:%M:%S', time.localtime(time.time() + rest))}"
+        if self._is_terminal and self._task is not None:
+            self._progress.update(self._task, total=total, completed=count, description=text)
+        elif not self._is_terminal:
+            sys.stderr.write(f"{text}\n")
+            sys.stderr.flush()
+
 
 class FrameProgress:
-    """Shows how far the frames are; nothing when stderr is no terminal.
+    """Shows how far the frames are.
 
     Parameters
     ----------
@@ -28,19 +79,10 @@ class FrameProgress:
     def __init__(self, num_frames: int | None) -> None:
         self._num_frames = num_frames
         self._count = 0
-        self._started = time.monotonic()
-        self._updated = self._started
-        self._progress = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            console=Console(stderr=True),
-            transient=True,
-            disable=not sys.stderr.isatty(),
-        )
-        self._task = self._progress.add_task(self._describe(""), total=num_frames)
+        self._bar = _Bar()
 
     def __enter__(self) -> FrameProgress:
-        self._progress.start()
+        self._bar.start(self._describe(""), self._num_frames)
         return self
 
     def __exit__(
@@ -49,7 +91,7 @@ class FrameProgress:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._progress.stop()
+        self._bar.stop()
 
     def advance(self, found: str = "", *, num_frames: int | None = None) -> None:
         """Count one more frame.
@@ -63,23 +105,18 @@ class FrameProgress:
         """
         self._num_frames = self._num_frames if num_frames is None else num_frames
         self._count += 1
-        now = time.monotonic()
-        if now - self._updated >= _PERIOD:
-            self._updated = now
-            description = self._describe(found)
-            self._progress.update(
-                self._task, total=self._num_frames, completed=self._count, description=description
-            )
+        if self._bar.is_due():
+            self._bar.show(self._describe(found), self._count, self._num_frames)
 
     def _describe(self, found: str) -> str:
-        seconds = time.monotonic() - self._started
+        seconds = time.monotonic() - self._bar.started
         parts = [f"frame {self._count}/{self._num_frames or '?'}"]
         parts += [f"{self._count / seconds:.0f} fps"] if self._count and seconds > 0 else []
         return " · ".join([*parts, *([found] if found else [])])
 
 
 class OpeningProgress:
-    """Shows how far the opening of a recording is; nothing if it takes no time, or without a terminal.
+    """Shows how far the opening of a recording is; nothing if it takes no time.
 
     Parameters
     ----------
@@ -88,16 +125,8 @@ class OpeningProgress:
     """
 
     def __init__(self, name: str) -> None:
-        self._name = name
-        self._progress = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            console=Console(stderr=True),
-            transient=True,
-            disable=not sys.stderr.isatty(),
-        )
-        self._started = time.monotonic()
-        self._task: TaskID | None = None
+        self._name = shown(name)
+        self._bar = _Bar()
 
     def __enter__(self) -> OpeningProgress:
         return self
@@ -108,14 +137,48 @@ class OpeningProgress:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._progress.stop()
+        self._bar.stop()
 
     def update(self, count: int, total: int) -> None:
         """Tell how many of how many messages were read."""
-        if self._task is None:
-            if time.monotonic() - self._started < _PATIENCE:
-                return
-            self._progress.start()
-            self._task = self._progress.add_task("", total=total)
-        description = f"reading {self._name} · message {count}/{total}"
-        self._progress.update(self._task, completed=count, total=total, description=description)
+        if time.monotonic() - self._bar.started < _PATIENCE:
+            return
+        self._bar.start("", total)
+        if self._bar.is_due():
+            self._bar.show(f"reading {self._name} · message {count}/{total}", count, total)
+
+
+class TrialProgress:
+    """Shows how far the trials of an evaluation are: ``trial 12/90 · b3, kinect_v1 320 px, spot, seed 2``.
+
+    Parameters
+    ----------
+    num_trials
+        How many there will be.
+    unit
+        What each is called.
+    """
+
+    def __init__(self, num_trials: int, *, unit: str = "trial") -> None:
+        self._num_trials, self._unit = num_trials, unit
+        self._count = 0
+        self._bar = _Bar()
+
+    def __enter__(self) -> TrialProgress:
+        self._bar.start(f"{self._unit} 0/{self._num_trials}", self._num_trials)
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._bar.stop()
+
+    def advance(self, text: str) -> None:
+        """Count one more trial and say which."""
+        self._count += 1
+        if self._bar.is_due():
+            described = f"{self._unit} {self._count}/{self._num_trials} · {text}"
+            self._bar.show(described, self._count, self._num_trials)

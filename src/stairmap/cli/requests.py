@@ -20,6 +20,8 @@ class MethodRequest:
         File with poses to use instead of its own.
     up
         Axis of the map that points up, or ``auto``; see ``open_recording``.
+    pose_format
+        How the poses are written; see ``open_recording``.
     method
         A key of ``stairmap.pipeline.METHODS``.
     config_file, overrides
@@ -31,6 +33,7 @@ class MethodRequest:
     recording: Path
     trajectory: Path | None = None
     up: str | None = None
+    pose_format: str | None = None
     method: str = "stairmap"
     config_file: Path | None = None
     overrides: tuple[str, ...] = ()
@@ -90,7 +93,7 @@ class SimulateRequest:
     """What ``stairmap simulate`` was asked for; without a number of frames, at the robot's speed."""
 
     scene: str
-    output: Path
+    output: Path | None
     sensor: str
     robot: str
     factor: float

@@ -8,10 +8,12 @@ from collections.abc import Sequence
 import typer
 
 import stairmap
+from stairmap.cli.exits import warn
 from stairmap.cli.interrupts import Interrupt, noted_interrupts
 from stairmap.cli.opening import open_requested, open_with_odometry
 from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
+from stairmap.cli.report_facts import report_facts
 from stairmap.cli.requests import RunRequest
 from stairmap.cli.view import open_live_view
 from stairmap.config import Config, load_config
@@ -24,6 +26,7 @@ from stairmap.navigation.robot_profile import load_robot
 from stairmap.navigation.traversability import Assessment, assess
 from stairmap.recording_run import RecordingRun, RunOutcome
 from stairmap.recordings.base import Recording
+from stairmap.recordings.identity import identify_recording
 from stairmap.recordings.odometry import config_with_drift
 
 
@@ -43,12 +46,15 @@ def run_recording(request: RunRequest) -> int:
     run = RecordingRun(recording, level_map, config=config, method=given.method)
     view = open_live_view(recording.name, level_map.trajectory) if request.with_view else None
     with create_run_folder(request.output, recording.name) as folder, noted_interrupts() as interrupt:
+        folder.on_failure = warn
         folder.log(f"stairmap {stairmap.__version__} run {given.recording} --method {given.method}")
         reference = RecordingReference.from_arguments(
             given.recording,
             trajectory=folder.path / TRAJECTORY_FILE if request.with_odometry else given.trajectory,
             up=None if request.with_odometry else given.up,
+            pose_format=None if request.with_odometry else given.pose_format,
             bag=given.bag,
+            identity=identify_recording(recording),
         )
         folder.write_text(RECORDING_FILE, reference.to_json())
         with FrameProgress(recording.num_frames) as progress:
@@ -67,7 +73,7 @@ def run_recording(request: RunRequest) -> int:
             run.show_outcome(view, outcome)
         notes = list(outcome.problems)
         if request.with_report:
-            missing = run.write_report(folder, outcome)
+            missing = run.write_report(folder, outcome, facts=report_facts(given.recording))
             notes += [missing] if missing else []
         for line in notes:
             folder.log(line)
@@ -76,6 +82,8 @@ def run_recording(request: RunRequest) -> int:
             typer.echo(_format_json(folder, outcome, level_map, interrupt, assessments))
         else:
             typer.echo(_format_text(folder, outcome, assessments))
+        if run.failure is not None:
+            raise run.failure
         return interrupt.exit_code
 
 

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from pathlib import Path
 
 import typer
 
 from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import SimulateRequest
+from stairmap.output_files import next_folder
 from stairmap.simulation.odometry import PERFECT_ODOMETRY
 from stairmap.simulation.recording import write_simulation
+from stairmap.simulation.render import check_ray_caster
 from stairmap.simulation.robots import ROBOTS
 from stairmap.simulation.scenes import BUILDING_PREFIX, SCENE_GROUPS, SCENES, make_scene
 from stairmap.simulation.sensors import SENSORS, make_sensor
+
+RECORDINGS = Path("recordings")
+"""Where recordings go that no folder was named for, below the working directory."""
 
 
 def describe_scenes() -> str:
@@ -38,9 +44,11 @@ def simulate_recording(request: SimulateRequest) -> int:
         scene = make_scene(request.scene, request.seed, buildings=request.buildings)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
+    check_ray_caster()
+    output = next_folder(RECORDINGS, request.scene) if request.output is None else request.output
     with FrameProgress(None) as progress:
         folder = write_simulation(
-            request.output,
+            output,
             scene,
             make_sensor(request.sensor, factor=request.factor),
             ROBOTS[request.robot],

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 import typer
 
 from stairmap.cli.interrupts import noted_interrupts
 from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import ViewRequest
-from stairmap.errors import OutputError
+from stairmap.output_files import check_new_file, discard_partial
 from stairmap.trajectory import Trajectory
 from stairmap.visualization.foxglove_file import FoxgloveFile
 from stairmap.visualization.page import PageFile
@@ -27,16 +28,22 @@ def view_run(request: ViewRequest) -> int:
     StairmapError
         If it is no run folder, a package or display is missing, or a file cannot be written.
     """
-    if request.mcap is not None and request.mcap.exists():
-        # Bags have the same ending: walk.mcap may well be the recording itself.
-        raise OutputError(f"--foxglove {request.mcap} is there already, perhaps a bag; name another file")
+    for option, file in (("--page", request.page), ("--save", request.rrd), ("--foxglove", request.mcap)):
+        if file is not None:
+            # Bags have the same ending as Foxglove's files: walk.mcap may well be the recording itself.
+            check_new_file(file, option=option)
     replay = load_run(request.run, recording=request.recording)
     for note in replay.notes:
         typer.echo(note, err=True)
     views, paths = _open_files(request, replay)
     wants_window = not paths and request.web_port is None
     if not wants_window and request.web_port is None:
-        _show(replay, views, request.every)
+        try:
+            _show(replay, views, request.every)
+        except BaseException:
+            for path in paths:
+                discard_partial(Path(path))
+            raise
         typer.echo("\n".join(paths))
         return 0
     import_rerun()  # before a process is started in vain

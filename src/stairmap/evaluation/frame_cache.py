@@ -17,6 +17,7 @@ import numpy as np
 
 import stairmap
 from stairmap.frame import DepthFrame
+from stairmap.output_files import write_whole
 from stairmap.recordings.depth_png import decode_depth_png, encode_depth_png
 from stairmap.simulation.recording import DEPTH_SCALE
 from stairmap.simulation.simulate import Simulation
@@ -44,7 +45,7 @@ def recorded_frames(simulation: Simulation, folder: Path | None = None) -> Itera
     for frame, _, _ in simulation.frames():
         if folder is not None:
             data = encode_depth_png(frame.depth, DEPTH_SCALE)
-            (folder / f"{frame.stamp_ns}.png").write_bytes(data)
+            write_whole(folder / f"{frame.stamp_ns}.png", data, durable=False)
         values = np.rint(frame.depth.astype(np.float64) * DEPTH_SCALE).astype(np.float32)
         depth = values / np.float32(DEPTH_SCALE)
         yield DepthFrame(stamp_ns=frame.stamp_ns, depth=depth, camera=frame.camera)

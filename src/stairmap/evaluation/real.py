@@ -121,7 +121,8 @@ def run_real_suite(
             continue
         if not (folder / recording.folder).is_dir():
             raise StairmapError(
-                f"suite real needs {folder / recording.folder}, which is not there; pass --data DIR"
+                f"suite real needs the recording '{recording.folder}', which is no part of stairmap; "
+                "docs/evaluation.md says where it comes from; pass --data DIR with it in a folder 'real'"
             )
         for method in methods:
             results.append(_run_recording(folder, recording, method, Config() if config is None else config))

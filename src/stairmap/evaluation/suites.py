@@ -123,8 +123,9 @@ def _num_drives(suite: str, name: str, choice: TrialChoice) -> int:
 def _building_names(buildings: Path | None) -> Sequence[str]:
     if buildings is None or not buildings.is_dir():
         raise StairmapError(
-            f"suite buildings needs the folder of the buildings, got {buildings}; pass --data DIR "
-            "with a folder 'buildings' in it"
+            "suite buildings needs measured meshes of buildings, which are no part of stairmap: a folder "
+            "'buildings' with NAME/mesh.ply and NAME/stairs.json; docs/evaluation.md says where they may "
+            "come from; pass --data DIR"
         )
     folders = sorted(path for path in buildings.iterdir() if (path / "stairs.json").exists())
     return [scene.name for folder in folders for scene in load_building_scenes(folder)]

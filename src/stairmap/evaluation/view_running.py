@@ -19,6 +19,7 @@ from stairmap.evaluation.frame_cache import simulation_sum
 from stairmap.evaluation.frame_judging import FrameJudgement, judge_frame
 from stairmap.evaluation.workers import make_worker_pool
 from stairmap.frame import DepthFrame
+from stairmap.output_files import write_whole, write_whole_text
 from stairmap.pipeline import Detector
 from stairmap.recordings.depth_png import decode_depth_png, encode_depth_png
 from stairmap.simulation.kinds import KINDS, ViewSpec, make_view
@@ -91,9 +92,9 @@ def load_view(spec: ViewSpec, cache: Path | None = None) -> tuple[View, DepthFra
     image = encode_depth_png(np.ascontiguousarray(exact), DEPTH_SCALE)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "depth.png").write_bytes(image)
+        write_whole(folder / "depth.png", image, durable=False)
         text = json.dumps(None if seen is None else seen.to_dict(), allow_nan=False)
-        (folder / "seen.json").write_text(text, encoding="utf-8")
+        write_whole_text(folder / "seen.json", text, durable=False)
     rounded = None if seen is None else StepsInView.from_dict(seen.to_dict())
     return view, view.frame(decode_depth_png(image, DEPTH_SCALE)), rounded
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from stairmap.export.loading import load_stairways
+from stairmap.export.loading import load_run_trajectory, load_stairways
 from stairmap.navigation.floors import FloorStack, find_floors
-from stairmap.recordings.tum_trajectory import load_tum_trajectory
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 
@@ -43,8 +42,7 @@ def load_building(run: Path, *, camera_height: float | None = None) -> Building:
         If a file cannot be read, or nothing tells of a floor.
     """
     results = load_stairways(run)
-    path = (run if run.is_dir() else run.parent) / "trajectory.tum"
-    trajectory = load_tum_trajectory(path) if path.is_file() else None
+    trajectory = load_run_trajectory(run if run.is_dir() else run.parent)
     stairways = results.stairways
     return Building(
         stairways=stairways,

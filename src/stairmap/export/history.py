@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from stairmap.export.loading import ResultsError, nan_for_null
+from pydantic import Field
+
+from stairmap.errors import ResultsError
+from stairmap.input_files import CheckedModel, Stamp, parse_json, read_lines, shown, validated
+from stairmap.saved_stairway import MAX_STAIRWAYS, SavedStairway
 from stairmap.stairway import Stairway
 
 HISTORY_FILE = "history.jsonl"
@@ -21,6 +23,13 @@ class StairwaysAtStamp:
 
     stamp_ns: int
     stairways: tuple[Stairway, ...]
+
+
+class _HistoryLine(CheckedModel):
+    """A line of ``history.jsonl``."""
+
+    stamp_ns: Stamp
+    stairways: Annotated[list[SavedStairway], Field(max_length=MAX_STAIRWAYS)]
 
 
 def history_values(stamp_ns: int, stairways: Sequence[Stairway]) -> dict[str, Any]:
@@ -43,27 +52,16 @@ def load_history(run: Path) -> Iterator[StairwaysAtStamp]:
         If it cannot be read, or a line is not what stairmap writes.
     """
     path = run / HISTORY_FILE
-    if not path.is_file():
+    if not path.exists():
         return
-    try:
-        *lines, unfinished = path.read_text(encoding="utf-8").split("\n")
-    except OSError as error:
-        raise ResultsError(f"cannot read {path}: {error.strerror}") from error
-    for number, line in enumerate(lines, start=1):
-        yield _stairways_at_stamp(line, f"{path}, line {number}")
-    if unfinished:
-        with contextlib.suppress(ResultsError):
-            yield _stairways_at_stamp(unfinished, "the last line")
-
-
-def _stairways_at_stamp(line: str, place: str) -> StairwaysAtStamp:
-    try:
-        values = json.loads(line)
-        return StairwaysAtStamp(
-            stamp_ns=int(values["stamp_ns"]),
-            stairways=tuple(Stairway.from_dict(nan_for_null(data)) for data in values["stairways"]),
-        )
-    except KeyError as error:
-        raise ResultsError(f"{place} lacks the key {error}") from error
-    except (TypeError, ValueError) as error:
-        raise ResultsError(f"{place} cannot be read: {error}") from error
+    for number, (line, is_whole) in enumerate(read_lines(path, error_type=ResultsError), start=1):
+        try:
+            saved = validated(_HistoryLine, parse_json(line))
+        except ValueError as error:  # noqa: PERF203
+            if is_whole:
+                raise ResultsError(f"{shown(path)}, line {number} cannot be read: {error}") from error
+        else:
+            yield StairwaysAtStamp(
+                stamp_ns=saved.stamp_ns,
+                stairways=tuple(Stairway.from_saved(stairway) for stairway in saved.stairways),
+            )

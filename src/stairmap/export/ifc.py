@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from stairmap.arrays import IntArray, Points
-from stairmap.errors import MissingPackageError, OutputError
+from stairmap.errors import MissingPackageError
 from stairmap.navigation.floors import FloorStack
 from stairmap.navigation.footprints import Rectangle
+from stairmap.output_files import write_whole_text
 from stairmap.stairway import Flight, Landing, Stairway, rounded
 from stairmap.transforms import invert_transform, transform_points
 
@@ -48,10 +49,7 @@ def dump_ifc(stairways: Sequence[Stairway], floors: FloorStack, path: Path) -> N
     writer.write(stairways, floors)
     # The time in the header would make two equal runs differ.
     writer.file.header.file_name.time_stamp = "1970-01-01T00:00:00"
-    try:
-        path.write_text(writer.file.to_string(), encoding="ascii")
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    write_whole_text(path, writer.file.to_string())
 
 
 class _IfcWriter:

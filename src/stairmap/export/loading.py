@@ -2,24 +2,48 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
 from stairmap.arrays import Points, readonly
 from stairmap.detection.observation import Rejection, View
-from stairmap.errors import StairmapError
-from stairmap.export.results import DETECTIONS_FILE, READABLE_SCHEMAS, STAIRWAYS_FILE
+from stairmap.errors import ResultsError, TrajectoryError
+from stairmap.export.history import HISTORY_FILE, load_history
+from stairmap.export.results import DETECTIONS_FILE, READABLE_SCHEMAS, STAIRWAYS_FILE, TRAJECTORY_FILE
+from stairmap.input_files import (
+    CheckedModel,
+    Place,
+    Stamp,
+    parse_json,
+    quoted,
+    read_lines,
+    read_text,
+    shown,
+    validated,
+)
+from stairmap.recordings.tum_trajectory import load_tum_trajectory, load_unfinished_trajectory
+from stairmap.saved_stairway import MAX_STAIRWAYS, Count, SavedStairway
 from stairmap.stairway import Stairway
+from stairmap.trajectory import Trajectory
 
-
-class ResultsError(StairmapError):
-    """A run folder, or a file in it, cannot be read."""
+__all__ = [
+    "ResultsError",
+    "RunResults",
+    "SavedDetection",
+    "SavedObservation",
+    "is_unfinished",
+    "load_detections",
+    "load_run_trajectory",
+    "load_stairways",
+    "nan_for_null",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,12 +60,15 @@ class RunResults:
         Number of frames that were looked at.
     stairways
         The stairways; numbers that were not known are NaN.
+    is_finished
+        Whether the run came to its end; otherwise these are the last stairways that its history knows.
     """
 
     software: str
     frame_id: str
     num_frames: int
     stairways: tuple[Stairway, ...]
+    is_finished: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,8 +98,47 @@ class SavedDetection:
         return bool(self.observations)
 
 
+class _StairwaysFile(CheckedModel):
+    """``stairways.json`` without its schema."""
+
+    software: str
+    frame_id: str
+    num_frames: Count
+    stairways: Annotated[list[SavedStairway], Field(max_length=MAX_STAIRWAYS)]
+
+
+class _ObservationLine(CheckedModel):
+    """An observation in a line of ``detections.jsonl``."""
+
+    view: View
+    rise: float
+    run: float
+    width: float
+    num_steps: Count
+    edges: Annotated[
+        list[Annotated[list[Place], Field(min_length=2, max_length=2)]], Field(max_length=10_000)
+    ]
+
+
+class _RejectionLine(CheckedModel):
+    """A rejection in a line of ``detections.jsonl``."""
+
+    rule: str
+    measured: float | None
+    limit: float | None
+    unit: str
+
+
+class _DetectionLine(CheckedModel):
+    """A line of ``detections.jsonl``."""
+
+    stamp_ns: Stamp
+    observations: list[_ObservationLine]
+    rejections: list[_RejectionLine]
+
+
 def load_stairways(path: Path) -> RunResults:
-    """Read ``stairways.json``.
+    """Read ``stairways.json``; in the folder of a run that was killed, the last stairways of its history.
 
     Parameters
     ----------
@@ -82,30 +148,92 @@ def load_stairways(path: Path) -> RunResults:
     Raises
     ------
     ResultsError
-        If there is no such file, it is not JSON, has another schema, or lacks a key.
+        If there is no such file, it is not JSON, has another schema, lacks a key, or a value is impossible.
     """
-    path = path / STAIRWAYS_FILE if path.is_dir() else path
+    if path.is_dir():
+        if is_unfinished(path):
+            return _load_unfinished(path)
+        path = path / STAIRWAYS_FILE
     try:
-        values = json.loads(_read_text(path))
-    except json.JSONDecodeError as error:
-        raise ResultsError(f"{path} is not a JSON file: line {error.lineno}: {error.msg}") from error
+        text = read_text(path, error_type=ResultsError)
+    except ResultsError as error:
+        raise ResultsError(f"{error}; name a run folder") from error
+    try:
+        values = parse_json(text)
+    except ValueError as error:
+        raise ResultsError(f"{shown(path)} is not a JSON file: {error}") from error
     if not isinstance(values, dict):
-        raise ResultsError(f"{path} must hold one JSON object, got {type(values).__name__}")
-    if values.get("schema") not in READABLE_SCHEMAS:
-        known = " and ".join(str(schema) for schema in READABLE_SCHEMAS)
-        found = f"schema {values['schema']!r}" if "schema" in values else "no schema"
-        raise ResultsError(f"{path} has {found}, this version of stairmap reads schemas {known}")
+        raise ResultsError(f"{shown(path)} must hold one JSON object, got {type(values).__name__}")
+    schema = values.get("schema")
+    if isinstance(schema, bool) or schema not in READABLE_SCHEMAS:
+        known = " and ".join(str(readable) for readable in READABLE_SCHEMAS)
+        found = f"schema {quoted(json.dumps(schema), marks=False)}" if "schema" in values else "no schema"
+        raise ResultsError(f"{shown(path)} has {found}, this version of stairmap reads schemas {known}")
     try:
-        return RunResults(
-            software=str(values["software"]),
-            frame_id=str(values["frame_id"]),
-            num_frames=int(values["num_frames"]),
-            stairways=tuple(Stairway.from_dict(nan_for_null(data)) for data in values["stairways"]),
-        )
-    except KeyError as error:
-        raise ResultsError(f"{path} lacks the key {error}") from error
-    except (TypeError, ValueError) as error:
-        raise ResultsError(f"{path}: {error}") from error
+        saved = validated(_StairwaysFile, values)
+        check_unique_ids([stairway.id for stairway in saved.stairways])
+    except ValueError as error:
+        raise ResultsError(f"{shown(path)}: {error}") from error
+    return RunResults(
+        software=saved.software,
+        frame_id=saved.frame_id,
+        num_frames=saved.num_frames,
+        stairways=tuple(Stairway.from_saved(stairway) for stairway in saved.stairways),
+    )
+
+
+def check_unique_ids(ids: Sequence[int]) -> None:
+    """Refuse an id that two stairways have.
+
+    Raises
+    ------
+    ValueError
+        If there is one.
+    """
+    if len(set(ids)) < len(ids):
+        double = next(number for number in ids if ids.count(number) > 1)
+        raise ValueError(f"stairways: two have the id {double}")
+
+
+def is_unfinished(run: Path) -> bool:
+    """Whether a folder is that of a run that was killed before it could write its results."""
+    if (run / STAIRWAYS_FILE).exists():
+        return False
+    return any((run / name).is_file() for name in (HISTORY_FILE, TRAJECTORY_FILE))
+
+
+def _load_unfinished(run: Path) -> RunResults:
+    stairways: tuple[Stairway, ...] = ()
+    for known in load_history(run):
+        stairways = known.stairways
+    has_detections = (run / DETECTIONS_FILE).is_file()
+    return RunResults(
+        software="",
+        frame_id="map",
+        num_frames=sum(1 for _ in load_detections(run)) if has_detections else 0,
+        stairways=stairways,
+        is_finished=False,
+    )
+
+
+def load_run_trajectory(run: Path) -> Trajectory | None:
+    """Read ``trajectory.tum`` of a run folder; ``None`` where there is none, or no pose in it.
+
+    Of a run that was killed, a last line that is cut off is passed over.
+
+    Raises
+    ------
+    TrajectoryError
+        If it cannot be read.
+    """
+    path = run / TRAJECTORY_FILE
+    if not path.exists():
+        return None
+    try:
+        return load_tum_trajectory(path)
+    except TrajectoryError:
+        # On a full disk, the file may be the one that grew although the run came to its end.
+        return load_unfinished_trajectory(path)
 
 
 def load_detections(path: Path) -> Iterator[SavedDetection]:
@@ -124,42 +252,32 @@ def load_detections(path: Path) -> Iterator[SavedDetection]:
         If there is no such file, or a line is not what stairmap writes.
     """
     path = path / DETECTIONS_FILE if path.is_dir() else path
-    *lines, unfinished = _read_text(path).split("\n")
-    for number, line in enumerate(lines, start=1):
-        yield _saved_detection(line, f"{path}, line {number}")
-    if unfinished:
-        with contextlib.suppress(ResultsError):
-            yield _saved_detection(unfinished, "the last line")
+    for number, (line, is_whole) in enumerate(read_lines(path, error_type=ResultsError), start=1):
+        try:
+            yield _saved_detection(line)
+        except ValueError as error:  # noqa: PERF203
+            if is_whole:
+                raise ResultsError(f"{shown(path)}, line {number} cannot be read: {error}") from error
 
 
-def _saved_detection(line: str, place: str) -> SavedDetection:
-    try:
-        return _detection_from_dict(json.loads(line))
-    except KeyError as error:
-        raise ResultsError(f"{place} lacks the key {error}") from error
-    except (TypeError, ValueError) as error:
-        raise ResultsError(f"{place} cannot be read: {error}") from error
-
-
-def _detection_from_dict(data: dict[str, Any]) -> SavedDetection:
-    rejections = [
-        Rejection(
-            rule=rejection["rule"],
-            measured=_number(rejection["measured"]),
-            limit=_number(rejection["limit"]),
-            unit=rejection["unit"],
-        )
-        for rejection in data["rejections"]
-    ]
+def _saved_detection(text: str) -> SavedDetection:
+    line = validated(_DetectionLine, parse_json(text))
     return SavedDetection(
-        stamp_ns=int(data["stamp_ns"]),
-        observations=tuple(SavedObservation(**observation) for observation in data["observations"]),
-        rejections=tuple(rejections),
+        stamp_ns=line.stamp_ns,
+        observations=tuple(
+            SavedObservation(**{**dict(observation), "edges": np.array(observation.edges)})
+            for observation in line.observations
+        ),
+        rejections=tuple(
+            Rejection(
+                rule=rejection.rule,
+                measured=math.nan if rejection.measured is None else rejection.measured,
+                limit=math.nan if rejection.limit is None else rejection.limit,
+                unit=rejection.unit,
+            )
+            for rejection in line.rejections
+        ),
     )
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else float(value)
 
 
 def nan_for_null(values: Any) -> Any:
@@ -169,12 +287,3 @@ def nan_for_null(values: Any) -> Any:
     if isinstance(values, list):
         return [nan_for_null(value) for value in values]
     return np.nan if values is None else values
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise ResultsError(f"cannot read {path}: {error.strerror}; name a run folder") from error
-    except UnicodeDecodeError as error:
-        raise ResultsError(f"{path} is not a text file in UTF-8") from error

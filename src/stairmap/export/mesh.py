@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from stairmap.arrays import Mask, Points
-from stairmap.errors import OutputError
+from stairmap.output_files import write_whole, write_whole_text
 from stairmap.stairway import Stairway
 
 _SURFACE_COLOR = (160, 174, 186)
@@ -83,10 +83,7 @@ def dump_ply(stairways: Sequence[Stairway], path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    try:
-        path.write_bytes(ply_from_stairways(stairways))
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    write_whole(path, ply_from_stairways(stairways))
 
 
 def obj_from_stairways(stairways: Sequence[Stairway]) -> str:
@@ -121,7 +118,4 @@ def dump_obj(stairways: Sequence[Stairway], path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    try:
-        path.write_text(obj_from_stairways(stairways), encoding="ascii")
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    write_whole_text(path, obj_from_stairways(stairways))

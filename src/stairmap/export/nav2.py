@@ -24,6 +24,7 @@ from stairmap.navigation.occupancy import OccupancyGrid, dump_map
 from stairmap.navigation.portals import ANY_ROBOT, Portal, StagingPose
 from stairmap.navigation.robot_profile import RobotProfile
 from stairmap.navigation.traversability import assess
+from stairmap.output_files import write_whole_text
 from stairmap.stairway import Stairway, rounded
 
 
@@ -156,10 +157,7 @@ def dump_json(values: Mapping[str, Any], path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    try:
-        path.write_text(json.dumps(null_for_nan(values), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    write_whole_text(path, json.dumps(null_for_nan(values), indent=1, allow_nan=False) + "\n")
 
 
 def _node(

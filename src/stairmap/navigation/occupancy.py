@@ -10,21 +10,37 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import cv2
 import numpy as np
 import yaml
 from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
 
 from stairmap.arrays import IntArray, Mask, Points, readonly
-from stairmap.errors import OutputError, StairmapError
+from stairmap.errors import StairmapError
+from stairmap.input_files import (
+    MAX_IMAGE_SIZE,
+    CheckedModel,
+    Place,
+    parse_yaml,
+    read_limited,
+    read_text,
+    shown,
+    validated,
+)
+from stairmap.output_files import check_new_file, output_error, write_whole, write_whole_text
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
 _FREE_PIXEL, _OCCUPIED_PIXEL, _UNKNOWN_PIXEL = 254, 0, 205
 _OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196
 """The unknown pixel 205 lies between them; Nav2's own default of 0.25 would read it as free."""
+
+
+MAX_RESOLUTION = 10.0
+"""Largest cell of a map, m."""
 
 
 class MapError(StairmapError):
@@ -76,6 +92,18 @@ class OccupancyGrid:
         return np.asarray(corners + np.array(self.origin) + self.resolution / 2, dtype=np.float64)
 
 
+class _MapFile(CheckedModel):
+    """The YAML file of a Nav2 map."""
+
+    image: Annotated[str, Field(min_length=1, max_length=4096)]
+    resolution: Annotated[float, Field(gt=0, le=MAX_RESOLUTION)]
+    origin: Place
+    negate: Annotated[int, Field(ge=0, le=1)] | bool
+    occupied_thresh: Annotated[float, Field(ge=0, le=1)]
+    free_thresh: Annotated[float, Field(ge=0, le=1)]
+    mode: Literal["trinary"] = "trinary"
+
+
 def load_map(path: Path) -> OccupancyGrid:
     """Read a map: the YAML file that names its image.
 
@@ -86,30 +114,25 @@ def load_map(path: Path) -> OccupancyGrid:
         image does not fit the YAML file.
     """
     try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise MapError(f"cannot read the map {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise MapError(f"the map {path} is no text file; name its YAML file, not its image") from error
-    except yaml.YAMLError as error:
-        raise MapError(f"{path} is not a YAML file: {' '.join(str(error).split())}") from error
+        text = read_text(path, error_type=MapError, what="the map")
+    except MapError as error:
+        raise MapError(f"{error}; name its YAML file, not its image") from error
     try:
-        resolution, origin = float(values["resolution"]), [float(value) for value in values["origin"]]
-        occupied, free = float(values["occupied_thresh"]), float(values["free_thresh"])
-        image_path, is_negated = path.parent / str(values["image"]), bool(int(values["negate"]))
-        mode = str(values.get("mode", "trinary"))
-    except (KeyError, TypeError, ValueError) as error:
-        raise MapError(f"{path} lacks or misstates a key of a Nav2 map: {error}") from error
-    if not 0 < resolution < math.inf:
-        raise MapError(f"{path}: resolution must be above zero, got {resolution:g}")
-    if len(origin) != 3 or origin[2] != 0:
+        values = parse_yaml(text)
+    except ValueError as error:
+        raise MapError(f"{shown(path)} is not a YAML file: {error}") from error
+    try:
+        saved = validated(_MapFile, values)
+    except ValueError as error:
+        raise MapError(f"{shown(path)} lacks or misstates a key of a Nav2 map: {error}") from error
+    origin, occupied, free = saved.origin, saved.occupied_thresh, saved.free_thresh
+    image_path, is_negated, resolution = path.parent / saved.image, bool(saved.negate), saved.resolution
+    if origin[2] != 0:
         raise MapError(f"{path}: expected origin [x, y, 0] of a map that is not turned, got {origin}")
-    if not 0 <= free < occupied <= 1:
+    if not free < occupied:
         raise MapError(
             f"{path}: expected 0 <= free_thresh < occupied_thresh <= 1, got {free:g} and {occupied:g}"
         )
-    if mode != "trinary":
-        raise MapError(f"{path}: expected mode trinary, got {mode}")
     image = _read_image(image_path, path)
     _check_size(values, image, path, image_path)
     shade = image / 255.0
@@ -149,22 +172,25 @@ def dump_map(grid: OccupancyGrid, folder: Path, name: str) -> Path:
     path = folder / f"{name}.yaml"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{name}.pgm").write_bytes(header + image[::-1].tobytes())
-        path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
     except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from error
-    return path
+        raise output_error(path, error) from error
+    for new in (path, folder / f"{name}.pgm"):
+        check_new_file(new, option="the map")
+    # The image first: a map file never names one that is not there.
+    write_whole(folder / f"{name}.pgm", header + image[::-1].tobytes())
+    return write_whole_text(path, yaml.safe_dump(values, sort_keys=False))
 
 
 def _read_image(image_path: Path, path: Path) -> NDArray[np.uint8]:
     try:
-        content = image_path.read_bytes()
-    except OSError as error:
-        raise MapError(
-            f"{path} names the image {image_path}, which cannot be read: {error.strerror}"
-        ) from error
+        content = read_limited(image_path, max_size=MAX_IMAGE_SIZE, error_type=MapError)
+    except MapError as error:
+        raise MapError(f"{shown(path)} names the image {shown(image_path)}: {error}") from error
     _check_is_whole(content, image_path, path)
-    image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE) if content else None
+    try:
+        image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE) if content else None
+    except cv2.error:
+        image = None
     if image is None:
         raise MapError(f"the image {image_path} of {path} is damaged or no picture")
     return np.asarray(image, dtype=np.uint8)

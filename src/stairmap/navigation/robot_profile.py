@@ -15,9 +15,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import yaml
-
 from stairmap.errors import ConfigError
+from stairmap.input_files import parse_yaml, quoted, read_text, shown
 from stairmap.navigation.limits import Limit, Measure, Sense
 
 _FOLDER = "robots"
@@ -30,6 +29,14 @@ _LIMITS = (
 _LENGTHS = (
     "max_continuous_rise", "max_single_rise", "min_run", "body_width", "side_clearance", "min_landing_length",
 )  # fmt: skip
+
+_MAX_NAME_LENGTH = 100
+
+_MAX_SPEED = 50.0
+"""No robot on stairs is faster, m/s."""
+
+_MAX_TIME = 1e6
+"""Most that an alignment or a metre of height may cost, s: eleven days."""
 
 _MAX_LENGTH = 5.0
 _MIN_ANGLE_DEG = 2.0
@@ -160,17 +167,12 @@ def load_robot(name_or_path: str | Path) -> RobotProfile:
     elif not Path(text).suffix and not Path(text).exists():
         raise ConfigError(f"no robot {text!r}; choose one of {', '.join(robot_names())}, or name a YAML file")
     else:
-        try:
-            content = Path(text).read_text(encoding="utf-8")
-        except OSError as error:
-            raise ConfigError(f"cannot read the robot profile {text}: {error.strerror}") from error
-        except UnicodeDecodeError as error:
-            raise ConfigError(f"the robot profile {text} is no text file: {error.reason}") from error
+        content = read_text(Path(text), error_type=ConfigError, what="the robot profile")
     try:
-        values = yaml.safe_load(content)
-    except yaml.YAMLError as error:
-        raise ConfigError(f"{text} is not a YAML file: {' '.join(str(error).split())}") from error
-    return robot_from_values(values, origin=text)
+        values = parse_yaml(content)
+    except ValueError as error:
+        raise ConfigError(f"{shown(text)} is not a YAML file: {error}") from error
+    return robot_from_values(values, origin=shown(text))
 
 
 def robot_from_values(values: Any, *, origin: str) -> RobotProfile:
@@ -189,14 +191,19 @@ def robot_from_values(values: Any, *, origin: str) -> RobotProfile:
     for key in values:
         if key not in known:
             near = difflib.get_close_matches(str(key), known, n=1, cutoff=0.0)
-            raise ConfigError(f"robot profile {origin}: unknown key {key}; did you mean {near[0]}?")
+            found = quoted(str(key), marks=False)
+            raise ConfigError(f"robot profile {origin}: unknown key {found}; did you mean {near[0]}?")
     missing = [key for key in ("name", *_LIMITS) if key not in values]
     if missing:
         raise ConfigError(
             f"robot profile {origin} lacks {', '.join(missing)}; write null for a limit that is not known"
         )
-    if not isinstance(values["name"], str) or not values["name"].strip():
-        raise ConfigError(f"robot profile {origin}: name must be a text, got {values['name']!r}")
+    name = values["name"]
+    if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME_LENGTH:
+        raise ConfigError(
+            f"robot profile {origin}: name must be a text of 1 to {_MAX_NAME_LENGTH} characters, "
+            f"got {quoted(repr(name), marks=False)}"
+        )
     figures, sources = {}, {}
     for key in (*_LIMITS, *_MOTION):
         if key not in values:
@@ -213,11 +220,23 @@ def robot_from_values(values: Any, *, origin: str) -> RobotProfile:
     return RobotProfile(name=values["name"], **figures, sources=sources)
 
 
+def _is_finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        return False
+
+
 def _check_number(robot: str, name: str, value: Any) -> None:
     if value is None:
         return
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ConfigError(f"robot {robot}: {name} must be a number or null, got {value!r}")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not _is_finite(value):
+        raise ConfigError(
+            f"robot {robot}: {name} must be a number or null, got {quoted(repr(value), marks=False)}"
+        )
+    if name in _MOTION and value > (_MAX_SPEED if name.endswith("_speed") else _MAX_TIME):
+        unit, most = ("m/s", _MAX_SPEED) if name.endswith("_speed") else ("s", _MAX_TIME)
+        raise ConfigError(f"robot {robot}: {name} is at most {most:g} {unit}, got {value:g}")
     may_be_zero = name in ("side_clearance", "alignment_time", "ascent_risk", "descent_risk")
     if name in _LENGTHS and value > _MAX_LENGTH:
         raise ConfigError(

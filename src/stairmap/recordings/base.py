@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from stairmap.arrays import Transform
+from stairmap.arrays import IntArray, Transform
 from stairmap.camera import PinholeCamera
 from stairmap.frame import DepthFrame
 from stairmap.trajectory import Trajectory
@@ -101,6 +101,11 @@ class Recording(Protocol):
     @property
     def time_range_ns(self) -> tuple[int, int]:
         """Stamps of the first and last frame declared, in nanoseconds."""
+        ...
+
+    @property
+    def stamps_ns(self) -> IntArray:
+        """(N,) stamps of all frames declared, in nanoseconds."""
         ...
 
     @property

@@ -13,12 +13,19 @@ import numpy as np
 
 from stairmap.arrays import Vector, readonly
 from stairmap.camera import PinholeCamera
-from stairmap.errors import CalibrationError, RecordingError
+from stairmap.errors import CalibrationError
 from stairmap.geometry import normalized
-from stairmap.recordings.stamped_table import load_text, quoted
+from stairmap.input_files import parse_json, quoted, read_text
+from stairmap.output_files import write_whole_text
 
 REQUIRED_KEYS = ("width", "height", "fx", "fy", "cx", "cy", "depth_scale")
 """What camera.json must hold."""
+
+MAX_SIDE = 8192
+"""Longest side of an image, px: no depth camera has more, and a larger one would fill the memory."""
+
+MAX_NUMBER = 1e6
+"""Largest focal length and principal point, px, and most PNG values per metre: a micrometre each."""
 
 MAX_FIELD_OF_VIEW = math.radians(170)
 """No pinhole camera sees more; such a focal length is not in pixels."""
@@ -67,16 +74,17 @@ def load_camera_file(path: Path) -> CameraFile:
 
     Raises
     ------
-    RecordingError
-        If the file cannot be read.
     CalibrationError
-        If it is not JSON, a key is missing or misspelt, or a value is impossible.
+        If the file cannot be read, it is not JSON, a key is missing or misspelt, or a value is impossible.
     """
     values = _load_json(path)
     _check_keys(values, path)
     try:
         width, height = (_whole_number(values, key) for key in ("width", "height"))
         fx, fy, cx, cy, depth_scale = (_number(values, key) for key in REQUIRED_KEYS[2:])
+        for name, value in (("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy), ("depth_scale", depth_scale)):
+            if math.isfinite(value) and abs(value) > MAX_NUMBER:
+                raise CalibrationError(f"{name} must be at most {MAX_NUMBER:g}, got {value:g}")
         camera = PinholeCamera(width=width, height=height, fx=fx, fy=fy, cx=cx, cy=cy)
         for name, size, focal in (("fx", width, fx), ("fy", height, fy)):
             if 2 * math.atan2(size / 2, focal) > MAX_FIELD_OF_VIEW:
@@ -95,7 +103,7 @@ def dump_camera_file(path: Path, contents: CameraFile) -> None:
 
     Raises
     ------
-    OSError
+    OutputError
         If it cannot be written.
     """
     camera = contents.camera
@@ -105,7 +113,7 @@ def dump_camera_file(path: Path, contents: CameraFile) -> None:
     values["depth_scale"] = float(contents.depth_scale)
     if contents.up is not None:
         values["up"] = [float(value) for value in contents.up]
-    path.write_text(json.dumps(values, indent=1) + "\n", encoding="utf-8")
+    write_whole_text(path, json.dumps(values, indent=1) + "\n")
 
 
 def _load_json(path: Path) -> dict[str, Any]:
@@ -114,15 +122,12 @@ def _load_json(path: Path) -> dict[str, Any]:
             f"expected {path} with the keys {', '.join(REQUIRED_KEYS)}, but there is no such file; write it "
             "with the depth camera's intrinsics (docs/inputs.md)"
         )
+    text = read_text(path, error_type=CalibrationError)
     try:
-        text = load_text(path)
-    except RecordingError as error:
-        raise CalibrationError(str(error)) from error
-    try:
-        values = json.loads(text)
+        values = parse_json(text, takes_nan=True)
     except json.JSONDecodeError as error:
         raise CalibrationError(f"{path}:{error.lineno}: expected JSON: {error.msg}") from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise CalibrationError(f"{path}: expected JSON: {quoted(str(error))}") from error
     if not isinstance(values, dict):
         raise CalibrationError(
@@ -169,6 +174,8 @@ def _whole_number(values: dict[str, Any], key: str) -> int:
     number = _number(values, key)
     if not number.is_integer():
         raise CalibrationError(f"{key} must be a whole number of pixels, got {number:g}")
+    if number > MAX_SIDE:
+        raise CalibrationError(f"{key} must be at most {MAX_SIDE} pixels, got {number:g}")
     return int(number)
 
 

@@ -9,8 +9,9 @@ from pathlib import Path
 
 from stairmap.camera import PinholeCamera
 from stairmap.errors import RecordingError
+from stairmap.input_files import quoted
 from stairmap.recordings.depth_png import HEADER_SIZE, DamagedImageError, check_png_header
-from stairmap.recordings.stamped_table import StampedRow, load_stamped_table, quoted
+from stairmap.recordings.stamped_table import StampedRow, load_stamped_table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

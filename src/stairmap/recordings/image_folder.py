@@ -13,6 +13,7 @@ from stairmap.arrays import DepthImage, IntArray, Transform, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.errors import CalibrationError, RecordingError, TrajectoryError
 from stairmap.frame import DepthFrame
+from stairmap.input_files import MAX_IMAGE_SIZE, read_limited
 from stairmap.recordings.base import RecordingProblems, SkippedFrame
 from stairmap.recordings.camera_file import load_camera_file
 from stairmap.recordings.depth_list import ListedImage, check_image_headers, load_depth_list
@@ -30,6 +31,7 @@ from stairmap.recordings.pose_coverage import (
     find_implausible_speed,
     find_pose_coverage,
 )
+from stairmap.recordings.pose_format import check_has_poses, trajectory_from_format
 from stairmap.recordings.tum_trajectory import load_tum_trajectory
 from stairmap.trajectory import Trajectory
 
@@ -57,6 +59,8 @@ class ImageFolderRecording:
         TUM trajectory to use instead of the folder's own.
     up
         Axis of the poses' coordinate frame that points up (``+z`` if not given), or ``auto``.
+    pose_format
+        See ``open_recording``.
 
     Raises
     ------
@@ -69,8 +73,16 @@ class ImageFolderRecording:
         If poses are malformed.
     """
 
-    def __init__(self, folder: Path, *, trajectory: Path | None = None, up: str | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        trajectory: Path | None = None,
+        up: str | None = None,
+        pose_format: str | None = None,
+    ) -> None:
         self._folder = Path(folder)
+        self._pose_format = pose_format
         up = None if up is None else check_up(up)
         self._images = load_depth_list(self._folder / DEPTH_LIST)
         self._stamps_ns: IntArray = np.array([image.stamp_ns for image in self._images], dtype=np.int64)
@@ -108,6 +120,11 @@ class ImageFolderRecording:
     def time_range_ns(self) -> tuple[int, int]:
         """First and last stamp that ``depth.txt`` lists, in nanoseconds."""
         return self._images[0].stamp_ns, self._images[-1].stamp_ns
+
+    @property
+    def stamps_ns(self) -> IntArray:
+        """(N,) stamps of all frames declared, in nanoseconds."""
+        return self._stamps_ns
 
     @property
     def frame_id(self) -> str:
@@ -173,10 +190,7 @@ class ImageFolderRecording:
             )
 
     def _load_depth(self, image: ListedImage) -> DepthImage:
-        try:
-            data = image.path.read_bytes()
-        except OSError as error:
-            raise RecordingError(f"cannot be read: {error.strerror}") from error
+        data = read_limited(image.path, max_size=MAX_IMAGE_SIZE, error_type=RecordingError)
         depth = decode_depth_png(data, self._camera_file.depth_scale)
         if depth.shape != (self.camera.height, self.camera.width):
             raise RecordingError(f"the image is {depth.shape[1]}x{depth.shape[0]}, not the camera's size")
@@ -208,9 +222,12 @@ class ImageFolderRecording:
                     f"--up {up} names an axis of the map, but {self._folder} has no poses; give 'up' in "
                     f"{CAMERA_FILE} instead, or --up {UP_AUTO}"
                 )
+            check_has_poses(None, self._pose_format)
             return np.eye(4), None
         map_from_recorded = map_from_recorded_with_up(up or "+z")
-        return map_from_recorded, turned_trajectory(map_from_recorded, load_tum_trajectory(path))
+        return map_from_recorded, turned_trajectory(
+            map_from_recorded, trajectory_from_format(load_tum_trajectory(path), self._pose_format)
+        )
 
     def _find_ups(self, notes: list[str]) -> list[Vector | None]:
         """Up in the camera frame for each image: from its pose, else from the camera file."""

@@ -9,6 +9,7 @@ from stairmap.arrays import Transform, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.errors import OutputError
 from stairmap.frame import DepthFrame
+from stairmap.output_files import LineLog, write_whole
 from stairmap.recordings.camera_file import CameraFile, dump_camera_file
 from stairmap.recordings.depth_png import encode_depth_png
 from stairmap.recordings.stamped_table import text_from_stamp_ns
@@ -50,13 +51,14 @@ class ImageFolderWriter:
         self._camera, self._depth_scale = camera, depth_scale
         self._num_frames, self._last_stamp_ns = 0, -(2**63)
         self._is_closed = False
+        self._logs: dict[str, LineLog] = {}
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             if any(self._folder.iterdir()):
                 raise OutputError(f"expected an empty folder, but {folder} holds files; choose another")
             (self._folder / "depth").mkdir()
             dump_camera_file(self._folder / "camera.json", contents)
-            self._append("depth.txt", "# stamp_s filename\n")
+            self._append("depth.txt", "# stamp_s filename")
         except OSError as error:
             raise OutputError(f"cannot write the recording {folder}: {error.strerror}") from error
 
@@ -93,12 +95,12 @@ class ImageFolderWriter:
         name = f"depth/{self._num_frames:06d}.png"
         try:
             # The image before its line: an interrupted recording never names a file that is not there.
-            (self._folder / name).write_bytes(encode_depth_png(frame.depth, self._depth_scale))
+            write_whole(self._folder / name, encode_depth_png(frame.depth, self._depth_scale), durable=False)
             if map_from_camera is not None:
-                if not (self._folder / "groundtruth.txt").exists():
-                    self._append("groundtruth.txt", TUM_HEADER)
-                self._append("groundtruth.txt", tum_line(frame.stamp_ns, map_from_camera))
-            self._append("depth.txt", f"{text_from_stamp_ns(frame.stamp_ns)} {name}\n")
+                if "groundtruth.txt" not in self._logs:
+                    self._append("groundtruth.txt", TUM_HEADER.rstrip("\n"))
+                self._append("groundtruth.txt", tum_line(frame.stamp_ns, map_from_camera).rstrip("\n"))
+            self._append("depth.txt", f"{text_from_stamp_ns(frame.stamp_ns)} {name}")
         except OSError as error:
             raise OutputError(f"cannot write {self._folder / name}: {error.strerror}") from error
         self._last_stamp_ns = frame.stamp_ns
@@ -107,6 +109,8 @@ class ImageFolderWriter:
     def close(self) -> None:
         """Finish; nothing can be written afterwards."""
         self._is_closed = True
+        while self._logs:
+            self._logs.popitem()[1].close()
 
     def __enter__(self) -> ImageFolderWriter:
         return self
@@ -120,5 +124,6 @@ class ImageFolderWriter:
         self.close()
 
     def _append(self, name: str, text: str) -> None:
-        with (self._folder / name).open("a", encoding="utf-8", newline="\n") as file:
-            file.write(text)
+        if name not in self._logs:
+            self._logs[name] = LineLog(self._folder / name)
+        self._logs[name].append(text)

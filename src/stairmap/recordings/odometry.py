@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stairmap.arrays import Transform, Vector
+from stairmap.arrays import IntArray, Transform, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.config import Config
 from stairmap.errors import RecordingError
@@ -117,6 +117,11 @@ class OdometryRecording:
     def time_range_ns(self) -> tuple[int, int]:
         """Stamps of the first and last frame declared, in nanoseconds."""
         return self._recording.time_range_ns
+
+    @property
+    def stamps_ns(self) -> IntArray:
+        """(N,) stamps of all frames declared, in nanoseconds."""
+        return self._recording.stamps_ns
 
     @property
     def frame_id(self) -> str:

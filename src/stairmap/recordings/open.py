@@ -32,6 +32,7 @@ def open_recording(
     *,
     trajectory: Path | None = None,
     up: str | None = None,
+    pose_format: str | None = None,
     bag: BagOptions | None = None,
     watch: WatchOpening | None = None,
 ) -> Recording:
@@ -46,6 +47,9 @@ def open_recording(
     up
         Which axis of the poses' coordinate frame points up: ``+x -x +y -y +z -z``, ``+z`` if not given.
         ``auto`` leaves the poses as they are and the frames without ``up``: the floor tells.
+    pose_format
+        How the poses are written, if not as ``map_from_camera`` of the optical frame, x y z w, in metres:
+        names of ``POSE_FORMATS`` joined by commas.
     bag
         What to take of a bag, where it cannot be guessed.
     watch
@@ -65,9 +69,11 @@ def open_recording(
                 raise RecordingError(
                     f"topics and coordinate frames are those of bags, but {path} is a folder"
                 )
-            return ImageFolderRecording(path, trajectory=trajectory, up=up)
+            return ImageFolderRecording(path, trajectory=trajectory, up=up, pose_format=pose_format)
         if path.exists():
-            return _open_bag(path, trajectory=trajectory, up=up, options=options, watch=watch)
+            return _open_bag(
+                path, trajectory=trajectory, up=up, pose_format=pose_format, options=options, watch=watch
+            )
     except OSError as error:
         raise RecordingError(f"cannot open {path}: {error.strerror}") from error
     raise RecordingError(f"expected a recording, but there is no {path}; check the path")
@@ -78,6 +84,7 @@ def _open_bag(
     *,
     trajectory: Path | None,
     up: str | None,
+    pose_format: str | None,
     options: BagOptions,
     watch: WatchOpening | None,
 ) -> Recording:
@@ -90,7 +97,9 @@ def _open_bag(
     if trajectory is not None and (options.pose_topic or options.map_frame):
         raise RecordingError("--trajectory gives all poses; leave --pose-topic and --map-frame out")
     folder = path.parent if path.name == METADATA else path
-    return BagRecording(folder, trajectory=trajectory, up=up, options=options, watch=watch)
+    return BagRecording(
+        folder, trajectory=trajectory, up=up, pose_format=pose_format, options=options, watch=watch
+    )
 
 
 def _describe_file(path: Path) -> str:

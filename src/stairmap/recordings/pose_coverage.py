@@ -87,4 +87,7 @@ def find_implausible_speed(trajectory: Trajectory) -> str | None:
     speed = float(np.median(distances / (np.diff(trajectory.stamps_ns) * 1e-9)))
     if speed <= MAX_MEDIAN_SPEED:
         return None
-    return f"by its poses the camera moves at {speed:.0f} m/s; are they in millimetres instead of metres?"
+    return (
+        f"by its poses the camera moves at {speed:.0f} m/s; are they in millimetres? then pass "
+        "--pose-format mm"
+    )

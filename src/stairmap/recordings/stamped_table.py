@@ -12,9 +12,7 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
 from stairmap.errors import RecordingError
-
-MAX_QUOTED = 60
-"""Longest piece of a file that a message repeats, in characters."""
+from stairmap.input_files import MAX_TABLE_SIZE, quoted, read_text, shown
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,13 +58,21 @@ def load_stamped_table(
         If the file cannot be read or is not text, a line has another number of columns, or a stamp is not a
         number of seconds or not after the one before.
     """
-    num_columns = len(columns.split())
+    text = read_text(path, error_type=error_type, max_size=MAX_TABLE_SIZE)
+    return parse_stamped_table(text, columns, place=shown(path), error_type=error_type)
+
+
+def parse_stamped_table(
+    text: str, columns: str, *, place: str, error_type: type[RecordingError] = RecordingError
+) -> tuple[StampedRow, ...]:
+    """Return the rows of a table's text, which came from a place; see ``load_stamped_table``."""
+    file, num_columns = place, len(columns.split())
     rows: list[StampedRow] = []
-    for line_number, line in enumerate(load_text(path, error_type=error_type).split("\n"), start=1):
+    for line_number, line in enumerate(text.split("\n"), start=1):
         cells = tuple(line.split())
         if not cells or cells[0].startswith("#"):
             continue
-        place = f"{path}:{line_number}"
+        place = f"{file}:{line_number}"
         if len(cells) != num_columns:
             hint = "; separate them with spaces, not commas" if "," in line else ""
             raise error_type(
@@ -86,32 +92,6 @@ def load_stamped_table(
             )
         rows.append(StampedRow(place=place, stamp_ns=stamp_ns, cells=cells[1:]))
     return tuple(rows)
-
-
-def load_text(path: Path, *, error_type: type[RecordingError] = RecordingError) -> str:
-    """Read a UTF-8 text file.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be read or is not UTF-8 text.
-    """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise error_type(f"cannot read {path}: {error.strerror}") from error
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise error_type(f"expected {path} to be UTF-8 text, but it is UTF-16; save it as UTF-8")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise error_type(
-            f"expected {path} to be UTF-8 text, but byte {error.start} is 0x{data[error.start]:02x}; "
-            "is it another kind of file?"
-        ) from error
-    if "\0" in text:
-        raise error_type(f"expected {path} to be text, but it holds binary data; is it another kind of file?")
-    return text
 
 
 def stamp_ns_from_text(text: str) -> int:
@@ -139,8 +119,3 @@ def text_from_stamp_ns(stamp_ns: int) -> str:
     sign = "-" if stamp_ns < 0 else ""
     seconds, nanoseconds = divmod(abs(int(stamp_ns)), 1_000_000_000)
     return f"{sign}{seconds}.{nanoseconds:09d}"
-
-
-def quoted(text: str) -> str:
-    """Return a piece of a file for a message: shortened, on one line."""
-    return repr(text if len(text) <= MAX_QUOTED else text[: MAX_QUOTED - 1] + "…")

@@ -12,8 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from stairmap.arrays import Float64Array, Transform
-from stairmap.errors import OutputError, TrajectoryError
-from stairmap.recordings.stamped_table import StampedRow, load_stamped_table, quoted, text_from_stamp_ns
+from stairmap.errors import TrajectoryError
+from stairmap.input_files import quoted, read_lines, shown
+from stairmap.output_files import write_whole_text
+from stairmap.recordings.stamped_table import (
+    StampedRow,
+    load_stamped_table,
+    parse_stamped_table,
+    text_from_stamp_ns,
+)
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import MAX_COORDINATE, quat_from_rotation, rotation_from_quat
 
@@ -37,9 +44,25 @@ def load_tum_trajectory(path: Path) -> Trajectory:
         not a finite number, a quaternion that is not of unit length, a coordinate beyond 10,000 km, or a
         stamp that is not after the one before. The message names file and line.
     """
-    rows = load_stamped_table(path, TUM_COLUMNS, error_type=TrajectoryError)
+    return _trajectory_from_rows(load_stamped_table(path, TUM_COLUMNS, error_type=TrajectoryError), path)
+
+
+def load_unfinished_trajectory(path: Path) -> Trajectory | None:
+    """Read a trajectory that grows line by line, without a last line that was cut off; ``None`` for no pose.
+
+    Raises
+    ------
+    TrajectoryError
+        See ``load_tum_trajectory``.
+    """
+    text = "".join(f"{line}\n" for line, is_whole in read_lines(path, error_type=TrajectoryError) if is_whole)
+    rows = parse_stamped_table(text, TUM_COLUMNS, place=str(path), error_type=TrajectoryError)
+    return _trajectory_from_rows(rows, path) if rows else None
+
+
+def _trajectory_from_rows(rows: tuple[StampedRow, ...], path: Path) -> Trajectory:
     if not rows:
-        raise TrajectoryError(f"expected poses '{TUM_COLUMNS}' in {path}, but it has none")
+        raise TrajectoryError(f"expected poses '{TUM_COLUMNS}' in {shown(path)}, but it has none")
     values = np.array([_numbers(row) for row in rows])
     positions, quats = values[:, :3], values[:, 3:]
     _check_positions(positions, rows)
@@ -58,14 +81,16 @@ def dump_tum_trajectory(path: Path, trajectory: Trajectory) -> None:
     OutputError
         If it cannot be written.
     """
+    write_whole_text(path, tum_text(trajectory))
+
+
+def tum_text(trajectory: Trajectory) -> str:
+    """Return the text of a trajectory's file."""
     lines = [
         tum_line(int(stamp_ns), pose)
         for stamp_ns, pose in zip(trajectory.stamps_ns, trajectory.map_from_camera, strict=True)
     ]
-    try:
-        path.write_text(TUM_HEADER + "".join(lines), encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise OutputError(f"cannot write the trajectory {path}: {error.strerror}") from error
+    return TUM_HEADER + "".join(lines)
 
 
 def tum_line(stamp_ns: int, map_from_camera: Transform) -> str:

@@ -9,7 +9,6 @@ first riser is irregular, the nosings in ``steps`` say so and ``Flight.edges`` d
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ import numpy as np
 
 from stairmap.arrays import Points
 from stairmap.errors import RecordingError
+from stairmap.input_files import parse_json, read_limited, read_text
 from stairmap.simulation.scene import Route, Scene, make_approach_route
 from stairmap.simulation.stairs import true_std
 from stairmap.simulation.triangle_mesh import TriangleMesh
@@ -43,6 +43,10 @@ class _Approach:
     is_certain: bool
 
 
+MAX_MESH_SIZE = 2**30
+"""Largest mesh of a building, bytes: twenty million triangles."""
+
+
 def load_ply(path: Path) -> TriangleMesh:
     """Read the triangles of a binary little-endian PLY file.
 
@@ -51,10 +55,7 @@ def load_ply(path: Path) -> TriangleMesh:
     RecordingError
         If it cannot be read, is not binary little endian, or holds faces that are no triangles.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RecordingError(f"cannot read the mesh {path}: {error.strerror}") from error
+    data = read_limited(path, max_size=MAX_MESH_SIZE, error_type=RecordingError, what="the mesh ")
     header, separator, body = data.partition(b"end_header\n")
     lines = [line.split() for line in header.decode("ascii", "replace").splitlines()]
     if not separator or ["format", "binary_little_endian", "1.0"] not in lines:
@@ -89,10 +90,8 @@ def load_building_scenes(folder: Path) -> tuple[Scene, ...]:
     mesh = load_ply(folder / "mesh.ply")
     path = folder / "stairs.json"
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = parse_json(read_text(path, error_type=RecordingError, what="the building's stairs"))
         stairways, optional, approaches = _read_stairways(data)
-    except OSError as error:
-        raise RecordingError(f"cannot read the building's stairs {path}: {error.strerror}") from error
     except (KeyError, TypeError, ValueError) as error:
         raise RecordingError(f"{path} is not a file of measured stairs: {error}") from error
     certain = [approach for approach in approaches if approach.is_certain]

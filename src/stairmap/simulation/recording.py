@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stairmap.arrays import Float64Array
-from stairmap.errors import OutputError
+from stairmap.output_files import write_whole_text
 from stairmap.recordings.image_folder_writer import ImageFolderWriter
 from stairmap.recordings.tum_trajectory import dump_tum_trajectory
 from stairmap.simulation.odometry import OdometryModel
@@ -92,11 +92,7 @@ def write_simulation(
         "true_trajectory": TRUE_TRAJECTORY_FILE,
         "visibility": describe_visibility(simulation),
     }
-    try:
-        text = json.dumps(truth, indent=1, allow_nan=False)
-        (folder / TRUTH_FILE).write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"cannot write {folder / TRUTH_FILE}: {error.strerror}") from error
+    write_whole_text(folder / TRUTH_FILE, json.dumps(truth, indent=1, allow_nan=False) + "\n")
     return folder
 
 

@@ -65,6 +65,17 @@ class Rendering:
         return lit.reshape(self.depth.shape)
 
 
+def check_ray_caster() -> None:
+    """Miss the package for ray casting before the work begins.
+
+    Raises
+    ------
+    MissingPackageError
+        If embreex is not installed.
+    """
+    _make_embree_scene(np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]))
+
+
 class RayCaster:
     """A scene prepared for ray casting.
 

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stairmap.input_files import shown
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 else:
@@ -25,6 +27,15 @@ ORANGE = "#D55E00"
 GREEN = "#009E73"
 PURPLE = "#9A4F83"
 """Okabe and Ito's reddish purple, darkened so that text in it can be read."""
+
+_LABEL = "label"
+"""Marks the texts that may be moved apart."""
+
+_LABEL_GAP = 3.0
+"""Free space between two labels, px."""
+
+_MAX_MOVES = 20
+"""How often a label is moved to find a free place."""
 
 _HALO = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
 
@@ -82,10 +93,35 @@ def draw_dimension(
     )  # fmt: skip
 
 
-def draw_label(axes: Axes, position: ArrayLike, text: str) -> None:
+def plain_text(name: str) -> str:
+    """Return a name for a drawing: control characters escaped, and dollars that begin no formula."""
+    return shown(name).replace("$", r"\$")
+
+
+def separate_labels(figure: Any) -> None:
+    """Move the labels of ``draw_label`` apart where they overlap, downward, the first ones staying."""
+    labels = [text for axes in figure.axes for text in axes.texts if text.get_gid() == _LABEL]
+    if len(labels) < 2:
+        return
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    placed: list[Any] = []
+    for label in labels:
+        for _ in range(_MAX_MOVES):
+            box = label.get_window_extent()
+            hit = next((other for other in placed if box.overlaps(other)), None)
+            if hit is None:
+                break
+            x, y = label.axes.transData.transform(label.get_position())
+            moved = (x, y - (box.y1 - hit.y0) - _LABEL_GAP)
+            label.set_position(tuple(label.axes.transData.inverted().transform(moved)))
+        placed.append(label.get_window_extent())
+
+
+def draw_label(axes: Axes, position: ArrayLike, text: str, *, color: str = INK) -> None:
     """Write a short text on a white ground, centred at (2,) data units."""
     x, y = np.asarray(position, dtype=np.float64)
-    axes.text(x, y, text, ha="center", va="center", fontsize=9, color=INK, bbox=_HALO, zorder=8)
+    axes.text(x, y, text, ha="center", va="center", fontsize=9, color=color, bbox=_HALO, zorder=8, gid=_LABEL)
 
 
 def finish_axes(axes: Axes) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from stairmap.errors import OutputError
+from stairmap.output_files import discard_partial, output_error, partial_path
 
 
 class ErrorKeepingFile:
@@ -17,7 +17,7 @@ class ErrorKeepingFile:
     Parameters
     ----------
     path
-        The file; an existing one is replaced.
+        The file; it takes its name when it is closed without an error. A device is written to as it is.
 
     Raises
     ------
@@ -31,9 +31,11 @@ class ErrorKeepingFile:
         self._position = self._end = 0
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = path.open("wb", buffering=0)
+            is_device = path.exists() and not path.is_file()
+            self._written = path if is_device else partial_path(path)
+            self._file = self._written.open("wb", buffering=0)
         except OSError as error:
-            raise OutputError(f"cannot write {path}: {error.strerror}") from error
+            raise output_error(path, error) from error
 
     def check(self) -> None:
         """Raise what went wrong so far.
@@ -44,7 +46,7 @@ class ErrorKeepingFile:
             If something could not be written.
         """
         if self._error is not None:
-            raise OutputError(f"cannot write {self._path}: {self._error.strerror}") from self._error
+            raise output_error(self._path, self._error) from self._error
 
     def write(self, content: bytes) -> int:
         """Write everything; after an error nothing more, but count on, since writers compare positions."""
@@ -75,8 +77,12 @@ class ErrorKeepingFile:
         """Do nothing: nothing is held back."""
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file and give it its name; after an error, remove it."""
         try:
             self._file.close()
+            if self._error is None and self._written != self._path:
+                self._written.replace(self._path)
         except OSError as error:
             self._error = self._error or error
+        if self._error is not None:
+            discard_partial(self._path)

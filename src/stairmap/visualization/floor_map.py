@@ -17,7 +17,17 @@ from stairmap.navigation.occupancy import FREE, OCCUPIED, OccupancyGrid
 from stairmap.navigation.planner import Route
 from stairmap.navigation.portals import Portal
 from stairmap.stairway import Stairway
-from stairmap.visualization.dimensions import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, draw_label, finish_axes
+from stairmap.visualization.dimensions import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PURPLE,
+    draw_label,
+    finish_axes,
+    plain_text,
+)
 from stairmap.visualization.plots import make_figure
 
 if TYPE_CHECKING:
@@ -30,6 +40,8 @@ else:
 _FREE_SHADE, _UNKNOWN_SHADE, _OCCUPIED_SHADE = 255, 215, 60
 _VERDICT_COLORS: dict[Verdict, str] = {"passable": BLUE, "impassable": ORANGE, "unknown": GREY}
 _MAX_CANDIDATES = 5
+_CANDIDATE_LABEL = np.array([0.5, 0.35])
+"""Place of a candidate's text beside its mark, m."""
 _MAX_COLUMNS = 3
 _PANEL = 5.4
 _MARGIN = 1.0
@@ -134,13 +146,10 @@ def _draw_floor(
                 zorder=9,
                 label="to explore, cheapest first",
             )
-            axes.annotate(
-                f"{number}: {candidate.cost:.0f} s", tuple(candidate.position), xytext=(8, 6),
-                textcoords="offset points", color=PURPLE, fontsize=9, zorder=10,
-                bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
-            )  # fmt: skip
+            text = f"{number}: {candidate.cost:.0f} s"
+            draw_label(axes, np.asarray(candidate.position) + _CANDIDATE_LABEL, text, color=PURPLE)
     state = "" if floor.is_explored else ", not explored"
-    state = ", or beyond: the end of its stairs was not seen" if floor.is_open else state
+    state = ", or beyond:\nthe end of its stairs was not seen" if floor.is_open else state
     axes.set_title(f"floor {floor.level} at {round(floor.height, 2) + 0.0:.2f} m{state}", color=INK)
     axes.set_aspect("equal")
     axes.set_xlabel("map x, m")
@@ -193,7 +202,7 @@ def _draw_stairs(
         color=color,
         alpha=0.5,
         markersize=9,
-        label=f"{portal.verdict} for {portal.assessment.robot}",
+        label=f"{portal.verdict} for {plain_text(portal.assessment.robot)}",
     )
     pose, other = (
         (portal.lower, portal.upper_level)

@@ -9,6 +9,7 @@ depth runs from violet (near) to yellow (far) with invalid pixels black.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import Enum
 from typing import TypeAlias
 
 import cv2
@@ -34,6 +35,21 @@ MIN_PICTURE_WIDTH = 640
 
 TRACE_PANEL_WIDTH = 480
 """Width of one panel of ``draw_trace``, px."""
+
+CUT_REACH = 0.03
+"""How far beyond a nosing's end something that cuts it is looked for, share of the image's width."""
+
+BORDER_REACH = 0.01
+"""How near to the image's border a nosing's end must be to be cut by it, share of the image's width."""
+
+IN_FRONT, IN_FRONT_SHARE = 0.05, 0.02
+"""What is nearer than a nosing's end by so much, m and share of its depth, stands in front of it."""
+
+NUMBER_SPACING, NUMBER_HEIGHT = 22.0, 17.0
+"""Room of the number of a step, px of the picture."""
+
+MAX_NUMBER_COLUMNS = 8
+"""So many numbers go side by side where steps lie close together."""
 
 MAX_REASONS = 3
 """So many reasons are written under a picture; all of them are in ``detections.jsonl``."""
@@ -77,8 +93,9 @@ def depth_range(depth: DepthImage) -> tuple[float, float]:
 def draw_detection(frame: DepthFrame, detection: Detection) -> Image:
     """Draw what was found in a frame, with its measures, or the reasons why nothing was.
 
-    A nosing ends in a dot where the step's own end was seen, and in an arrow where the image's border
-    or an occlusion cut it. Numbers count the steps from the lowest one seen.
+    A nosing ends in a dot where the step's own end was seen, in an arrow where the image's border or
+    something in front cuts it, and without a sign where nothing tells. Numbers count the steps from the
+    lowest one seen.
 
     Returns
     -------
@@ -86,7 +103,7 @@ def draw_detection(frame: DepthFrame, detection: Detection) -> Image:
     """
     scale = picture_scale(frame.camera)
     picture = _enlarged(colorize_depth(frame.depth), frame.camera.scaled(scale))
-    _draw_observations(picture, frame.camera.scaled(scale), detection.observations)
+    _draw_observations(picture, frame, detection.observations, scale)
     near, far = depth_range(frame.depth)
     bar = _color_bar(near, far, key="dot: end of the step seen, arrow: cut off" if detection else "")
     return add_text_strip(picture, describe_detection(detection), color_bar=bar)
@@ -154,37 +171,88 @@ def _measures(observation: StairObservation) -> str:
     )
 
 
+class NosingEnd(Enum):
+    """What becomes of a nosing at one of its ends."""
+
+    SEEN = "the step ends there"
+    CUT = "the image or something in front of it cuts it"
+    UNKNOWN = "nothing tells"
+
+
+def find_nosing_ends(frame: DepthFrame, edge: StairEdge) -> tuple[NosingEnd, NosingEnd]:
+    """Tell what becomes of a nosing at its left and its right end."""
+    ends = frame.camera.project(edge.nosing)
+    length = max(float(np.linalg.norm(ends[1] - ends[0])), 1e-9)
+    outward = (ends[1] - ends[0]) / length
+    left = NosingEnd.SEEN if edge.left_bounded else _cut_or_unknown(frame, edge.nosing[0], ends[0], -outward)
+    right = NosingEnd.SEEN if edge.right_bounded else _cut_or_unknown(frame, edge.nosing[1], ends[1], outward)
+    return left, right
+
+
+def _cut_or_unknown(
+    frame: DepthFrame, point: Float64Array, end: Float64Array, outward: Float64Array
+) -> NosingEnd:
+    height, width = frame.depth.shape
+    steps = np.arange(1, max(2, round(CUT_REACH * width)) + 1)
+    beyond = np.rint(end + steps[:, None] * outward).astype(np.int64)
+    inside = (beyond >= 0).all(axis=1) & (beyond[:, 0] < width) & (beyond[:, 1] < height)
+    if not inside[steps <= max(2, round(BORDER_REACH * width))].all():
+        return NosingEnd.CUT
+    beyond = beyond[inside]
+    depth = frame.depth[beyond[:, 1], beyond[:, 0]]
+    with np.errstate(invalid="ignore"):
+        is_in_front = depth < point[2] - IN_FRONT - IN_FRONT_SHARE * point[2]
+    return NosingEnd.CUT if np.count_nonzero(is_in_front) >= 2 else NosingEnd.UNKNOWN
+
+
 def _draw_observations(
-    picture: Image, camera: PinholeCamera, observations: Sequence[StairObservation]
+    picture: Image, frame: DepthFrame, observations: Sequence[StairObservation], scale: int
 ) -> None:
+    camera = frame.camera.scaled(scale)
+    taken: list[Float64Array] = []
     for index, observation in enumerate(observations):
         color = OBSERVATION_COLORS[index % len(OBSERVATION_COLORS)]
-        last_row = np.inf
         for edge in sorted(observation.edges, key=lambda edge: edge.step_index):
             # OpenCV cannot draw farther away than a 16-bit number of pixels.
             ends = np.clip(camera.project(edge.nosing), -_MAX_PIXEL, _MAX_PIXEL)
             if not np.isfinite(ends).all():
                 continue
-            _draw_nosing(picture, edge, ends, color)
-            row = float(ends[:, 1].mean())
-            if abs(row - last_row) >= 16:  # far steps lie too close together for a number each
-                leftmost = ends[np.argmin(ends[:, 0])]
-                draw_label(picture, str(edge.step_index + 1), leftmost - [20, 0], color)
-                last_row = row
+            _draw_nosing(picture, find_nosing_ends(frame, edge), ends, color)
+            place = _free_place(ends, taken, picture.shape[1])
+            taken.append(place)
+            draw_label(picture, str(edge.step_index + 1), place, color)
 
 
-def _draw_nosing(picture: Image, edge: StairEdge, ends: Float64Array, color: Color) -> None:
+def _free_place(ends: Float64Array, taken: Sequence[Float64Array], width: int) -> Float64Array:
+    """Where the number of a step goes: left of its nosing, farther out if taken, else to the right."""
+    leftmost, rightmost = ends[np.argmin(ends[:, 0])], ends[np.argmax(ends[:, 0])]
+    columns = NUMBER_SPACING * np.arange(1, MAX_NUMBER_COLUMNS + 1)
+    places = [leftmost - np.array([column, 0.0]) for column in columns]
+    places += [rightmost + np.array([column, 0.0]) for column in columns]
+    half = NUMBER_SPACING / 2
+    for place in places:
+        is_inside = half <= place[0] <= width - half
+        if is_inside and all(
+            abs(place[0] - other[0]) >= NUMBER_SPACING or abs(place[1] - other[1]) >= NUMBER_HEIGHT
+            for other in taken
+        ):
+            return np.asarray(place)
+    return np.asarray(np.clip(leftmost, half, None))
+
+
+def _draw_nosing(
+    picture: Image, kinds: tuple[NosingEnd, NosingEnd], ends: Float64Array, color: Color
+) -> None:
     start, stop = _pixel(ends[0]), _pixel(ends[1])
     cv2.line(picture, start, stop, (0, 0, 0), 5, cv2.LINE_AA)
     cv2.line(picture, start, stop, color, 2, cv2.LINE_AA)
     length = float(np.linalg.norm(ends[1] - ends[0]))
     direction = (ends[1] - ends[0]) / max(length, 1e-9)
-    sides = ((ends[0], -direction, edge.left_bounded), (ends[1], direction, edge.right_bounded))
-    for end, outward, bounded in sides:
-        if bounded:
+    for end, outward, kind in ((ends[0], -direction, kinds[0]), (ends[1], direction, kinds[1])):
+        if kind is NosingEnd.SEEN:
             cv2.circle(picture, _pixel(end), 6, (0, 0, 0), -1, cv2.LINE_AA)
             cv2.circle(picture, _pixel(end), 4, color, -1, cv2.LINE_AA)
-        else:
+        elif kind is NosingEnd.CUT:
             across = np.array([-outward[1], outward[0]])
             head = [end, end - 12 * outward + 6 * across, end - 12 * outward - 6 * across]
             shape = np.round(np.array(head) * 16).astype(np.int32)

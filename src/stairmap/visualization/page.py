@@ -18,9 +18,9 @@ import numpy as np
 
 import stairmap
 from stairmap.arrays import Float64Array, Points
-from stairmap.errors import OutputError
 from stairmap.export.loading import ResultsError
 from stairmap.export.summary import COLUMNS, stairway_rows
+from stairmap.output_files import output_error, write_whole_text
 from stairmap.stairway import Stairway
 from stairmap.visualization.collecting import ThinnedSequence
 from stairmap.visualization.frame_view import FrameView
@@ -111,9 +111,9 @@ class PageFile:
         """
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._path.write_text(self._render(), encoding="utf-8")
         except OSError as error:
-            raise OutputError(f"cannot write {self._path}: {error.strerror}") from error
+            raise output_error(self._path, error) from error
+        write_whole_text(self._path, self._render())
 
     def _render(self) -> str:
         scene = json.dumps(self._scene(), separators=(",", ":"), allow_nan=False).replace("</", "<\\/")

@@ -25,6 +25,7 @@ from stairmap.visualization.dimensions import (
     ORANGE,
     PURPLE,
     finish_axes,
+    separate_labels,
 )
 from stairmap.visualization.elevation import draw_elevation
 from stairmap.visualization.plan import (
@@ -64,6 +65,7 @@ def make_figure(*, width: float, height: float) -> Figure:
 def png_from_figure(figure: Figure, *, dots_per_inch: int = 130) -> bytes:
     """Return a figure as the content of a PNG file, the same for the same figure bit for bit."""
     buffer = io.BytesIO()
+    separate_labels(figure)
     figure.savefig(buffer, format="png", dpi=dots_per_inch, metadata={"Software": None})
     return buffer.getvalue()
 

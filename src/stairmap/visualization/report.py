@@ -16,7 +16,8 @@ import numpy as np
 import stairmap
 from stairmap.arrays import Points
 from stairmap.errors import MissingPackageError
-from stairmap.export.summary import COLUMNS, stairway_rows
+from stairmap.export.summary import COLUMNS, stairway_rows, with_std
+from stairmap.input_files import shown
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 from stairmap.visualization.collecting import ExampleFrame, ReportCollector, RuleStatistics, TracingDetector
@@ -54,6 +55,8 @@ class ReportData:
         The resolved configuration.
     problems
         What was wrong with the recording, one line each.
+    facts
+        Where it comes from, by name: date, recording, command.
     """
 
     recording_name: str
@@ -69,6 +72,7 @@ class ReportData:
     rules: tuple[RuleStatistics, ...] = ()
     config_yaml: str = ""
     problems: tuple[str, ...] = ()
+    facts: Mapping[str, str] = field(default_factory=dict)
 
 
 def report_data(
@@ -82,6 +86,7 @@ def report_data(
     problems: Sequence[str] = (),
     references: Mapping[int, Mapping[str, float]] | None = None,
     detector: TracingDetector | None = None,
+    facts: Mapping[str, str] | None = None,
 ) -> ReportData:
     """Gather what the report shows; see ``ReportData`` and ``ReportCollector``."""
     for stairway in stairways:
@@ -100,6 +105,7 @@ def report_data(
         rules=collector.rule_statistics(),
         config_yaml=config_yaml,
         problems=tuple(problems),
+        facts=facts or {},
     )
 
 
@@ -121,6 +127,8 @@ def render_report(data: ReportData) -> str:
     template = environment.from_string(_TEMPLATE.read_text(encoding="utf-8"))
     return template.render(
         data=data,
+        facts={name: shown(text) for name, text in data.facts.items()},
+        title=shown(data.recording_name),
         version=stairmap.__version__,
         columns=COLUMNS,
         rows=[row.cells() for row in stairway_rows(data.stairways)],
@@ -154,7 +162,29 @@ def _stairway_pictures(data: ReportData, stairway: Stairway) -> dict[str, Any]:
         "stairway": stairway,
         "drawing": _data_uri(png_from_figure(drawing)),
         "convergence": convergence,
+        "comparison": _comparison(data, stairway),
     }
+
+
+def _comparison(data: ReportData, stairway: Stairway) -> list[tuple[str, str, str, str]]:
+    """Measure, true value, estimate and error of the first flight, where the truth is known."""
+    truth = data.references.get(stairway.id)
+    if truth is None:
+        return []
+    flight, rows = stairway.flights[0], []
+    for name in MEASURES:
+        factor, unit, digits = (180 / np.pi, "deg", 1) if name == "pitch" else (1e3, "mm", 0)
+        true, estimate = truth[name] * factor, float(getattr(flight, name)) * factor
+        std = float(getattr(flight.std, name)) * factor
+        rows.append(
+            (
+                f"{name}, {unit}",
+                f"{true:.{digits}f}",
+                with_std(estimate, std, digits=digits),
+                f"{estimate - true:+.1f}",
+            )
+        )
+    return rows
 
 
 def _example_pictures(example: ExampleFrame) -> dict[str, Any]:

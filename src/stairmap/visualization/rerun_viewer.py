@@ -15,6 +15,7 @@ import numpy as np
 from stairmap.arrays import Points
 from stairmap.camera import PinholeCamera
 from stairmap.errors import MissingPackageError, OutputError
+from stairmap.output_files import discard_partial, output_error, partial_path, write_whole
 from stairmap.stairway import Stairway
 from stairmap.visualization.frame_view import FrameView
 from stairmap.visualization.rerun_blueprint import make_blueprint
@@ -116,11 +117,11 @@ class RerunViewer:
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(b"")
         except OSError as error:
-            raise OutputError(f"cannot write {path}: {error.strerror}") from error
+            raise output_error(path, error) from error
+        write_whole(partial_path(path), b"", durable=False)
         self._path = path
-        self._stream.save(path, default_blueprint=self._blueprint())
+        self._stream.save(partial_path(path), default_blueprint=self._blueprint())
         self._log_static()
 
     def connect(self, port: int) -> None:
@@ -143,9 +144,16 @@ class RerunViewer:
         try:
             self._stream.flush()
             self._stream.disconnect()
+            if self._path is not None:
+                partial_path(self._path).replace(self._path)
         except RuntimeError as error:
             if self._path is not None:
+                discard_partial(self._path)
                 raise OutputError(f"cannot write {self._path}: {error}") from error
+        except OSError as error:
+            if self._path is not None:
+                raise output_error(self._path, error) from error
+            raise
 
     def show_frame(self, view: FrameView) -> None:
         """Log one frame."""

@@ -16,14 +16,16 @@ from stairmap.export.history import StairwaysAtStamp, load_history
 from stairmap.export.loading import (
     ResultsError,
     SavedDetection,
+    is_unfinished,
     load_detections,
+    load_run_trajectory,
     load_stairways,
 )
 from stairmap.export.recording_reference import RecordingReference, load_recording_reference
-from stairmap.export.results import DETECTIONS_FILE, STAIRWAYS_FILE
+from stairmap.export.results import DETECTIONS_FILE, STAIRWAYS_FILE, TRAJECTORY_FILE
 from stairmap.frame import DepthFrame
+from stairmap.input_files import shown
 from stairmap.recordings.base import Recording
-from stairmap.recordings.tum_trajectory import load_tum_trajectory
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 from stairmap.visualization.frame_view import FrameView, level_from_camera
@@ -194,22 +196,23 @@ def load_run(run: Path, *, recording: Path | None = None) -> RunReplay:
     elif history:
         stairways = history[-1].stairways
         notes.append(
-            f"{folder} has no {STAIRWAYS_FILE}: the run did not end; its last known stairways are shown"
+            f"{folder} has no {STAIRWAYS_FILE}: the run did not end; its last known stairways are shown; "
+            f"complete it with: stairmap finish {folder}"
         )
     trajectory = None
-    if (folder / "trajectory.tum").is_file():
-        trajectory = load_tum_trajectory(folder / "trajectory.tum")
+    if (folder / TRAJECTORY_FILE).exists():
+        trajectory = load_run_trajectory(folder)
     elif opened is not None:
         trajectory = opened.trajectory
     return RunReplay(
-        name=folder.resolve().name,
-        frame_id=frame_id,
+        name=shown(folder.resolve().name),
+        frame_id=shown(frame_id),
         stairways=stairways,
         history=history,
         trajectory=trajectory,
         recording=opened,
         detections=detections,
-        has_map=bool(history) or (folder / STAIRWAYS_FILE).is_file(),
+        has_map=is_unfinished(folder) or (folder / STAIRWAYS_FILE).is_file(),
         notes=tuple(notes),
     )
 
@@ -234,7 +237,8 @@ def _open_recording(folder: Path, recording: Path | None, notes: list[str]) -> R
                 f"expected the run's recording, but there is no {recording}; check --recording"
             )
         options = {} if reference is None else reference.options
-        return RecordingReference(path=recording, options=options).open()
+        identity = None if reference is None else reference.identity
+        return RecordingReference(path=recording, options=options, identity=identity).open()
     if reference is None:
         notes.append(
             f"{folder} does not say where its recording is: shown without depth; pass --recording PATH"

@@ -10,7 +10,7 @@ from stairmap.navigation.codes import CodeCheck
 from stairmap.navigation.limits import LimitCheck, Verdict
 from stairmap.navigation.traversability import Assessment
 from stairmap.stairway import Stairway
-from stairmap.visualization.dimensions import BLUE, GREY, INK, ORANGE
+from stairmap.visualization.dimensions import BLUE, GREY, INK, ORANGE, plain_text
 from stairmap.visualization.plots import make_figure
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def draw_verdicts(
         title = f"stairway {stairway.id}\n{stairway.num_risers} risers of {flight.rise * 1e3:.0f} mm"
         axes.text(left + _CELL_WIDTH / 2, -_CELL_HEIGHT / 2, title, ha="center", va="center", color=INK)
     for name, row in rows.items():
-        axes.text(0.12, (row + 0.5) * _CELL_HEIGHT, name, va="center", color=INK)
+        axes.text(0.12, (row + 0.5) * _CELL_HEIGHT, plain_text(name), va="center", color=INK)
     for assessment in assessments:
         place = (columns[assessment.stairway_id], rows[assessment.robot])
         _draw_cell(

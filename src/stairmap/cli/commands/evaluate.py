@@ -96,11 +96,14 @@ def evaluate(
         ),
     ] = None,
     data: Annotated[
-        Path,
+        Path | None,
         typer.Option(
-            metavar="DIR", help="Folder with the folders buildings and real.", rich_help_panel=_TRIALS
+            metavar="DIR",
+            help="Folder with the folders buildings and real, for these two suites (docs/evaluation.md).",
+            show_default=False,
+            rich_help_panel=_TRIALS,
         ),
-    ] = DATA_FOLDER,
+    ] = None,
     cache: Annotated[
         Path | None,
         typer.Option(
@@ -126,7 +129,7 @@ def evaluate(
             "--output",
             "-o",
             metavar="DIR",
-            help="Folder for tables.md, results.json and pictures.",
+            help="New or empty folder for tables.md, results.json and pictures.",
             show_default=False,
             rich_help_panel=OUTPUT,
         ),
@@ -172,7 +175,7 @@ def evaluate(
         num_drives=drives,
         is_quick=quick,
         kinds=tuple(kind or ()),
-        data=data,
+        data=DATA_FOLDER if data is None else data,
         cache=cache,
         num_workers=jobs,
         config_file=config,

@@ -11,6 +11,8 @@ import typer
 from stairmap.cli.options import DebugOption
 from stairmap.cli.requests import ExportRequest
 
+_MAX_ANGLE_DEG = 360.0
+
 
 class Format(str, Enum):
     """What ``--format`` takes."""
@@ -42,7 +44,7 @@ def export(
             "--output",
             "-o",
             metavar="DIR",
-            help="Folder for the files. Default: 'export' in the run folder.",
+            help="Folder for the files. Default: 'export' in the run folder, or the next free 'export_<n>'.",
             show_default=False,
         ),
     ] = None,
@@ -87,7 +89,14 @@ def export(
 
 
 def _default_output(run: Path) -> Path:
-    return (run if run.is_dir() else run.parent) / "export"
+    """The first of ``export``, ``export_2``, … in the run folder that is new or empty."""
+    folder = run if run.is_dir() else run.parent
+    number = 1
+    while True:
+        path = folder / (f"export_{number}" if number > 1 else "export")
+        if not path.exists() or (path.is_dir() and not any(path.iterdir())):
+            return path
+        number += 1
 
 
 def _parse_anchor(text: str) -> tuple[float, float, float]:
@@ -95,6 +104,6 @@ def _parse_anchor(text: str) -> tuple[float, float, float]:
         values = [float(part) for part in text.split(",")]
     except ValueError as error:
         raise typer.BadParameter(f"--anchor: expected LAT,LON or LAT,LON,BEARING, got {text!r}") from error
-    if len(values) not in (2, 3):
+    if len(values) not in (2, 3) or not all(abs(value) <= _MAX_ANGLE_DEG for value in values):
         raise typer.BadParameter(f"--anchor: expected LAT,LON or LAT,LON,BEARING, got {text!r}")
     return values[0], values[1], values[2] if len(values) == 3 else 90.0

@@ -12,6 +12,9 @@ from stairmap.cli.requests import PlanRequest
 
 _WAY = "Way"
 
+_MAX_PLACE = 1e6
+"""Farthest place from the map's origin, m."""
+
 
 def plan(
     *,
@@ -40,6 +43,8 @@ def plan(
         float | None,
         typer.Option(
             "--camera-height",
+            min=0.01,
+            max=100.0,
             metavar="M",
             help="Of the camera above the floor, m. Default: from the stairs' ends.",
             rich_help_panel=INPUT,
@@ -133,6 +138,6 @@ def _parse_place(option: str, text: str) -> tuple[float, float, int]:
         place = float(parts[0]), float(parts[1]), int(parts[2]) if len(parts) > 2 else 0
     except (ValueError, IndexError) as error:
         raise typer.BadParameter(f"{option}: expected X,Y or X,Y,LEVEL, got {text!r}") from error
-    if len(parts) > 3:
+    if len(parts) > 3 or not all(abs(value) <= _MAX_PLACE for value in place[:2]):
         raise typer.BadParameter(f"{option}: expected X,Y or X,Y,LEVEL, got {text!r}")
     return place

@@ -65,7 +65,7 @@ def simulate(
             "--output",
             "-o",
             metavar="DIR",
-            help="New or empty folder for the recording.",
+            help="New or empty folder for the recording. Default: recordings/<scene>_<n>, the next free n.",
             rich_help_panel=OUTPUT,
             show_default=False,
         ),
@@ -80,6 +80,7 @@ def simulate(
     \b
     Examples:
       stairmap simulate --list
+      stairmap simulate free_standing
       stairmap simulate davis_rear -o davis --sensor d435 --robot spot
     """
     from stairmap.cli.simulate import describe_scenes, simulate_recording  # noqa: PLC0415
@@ -87,8 +88,8 @@ def simulate(
     if list_all:
         typer.echo(describe_scenes())
         return
-    if scene is None or output is None:
-        raise typer.BadParameter("expected SCENE and --output DIR; --list prints all scenes")
+    if scene is None:
+        raise typer.BadParameter("expected SCENE; --list prints all scenes")
     request = SimulateRequest(
         scene=scene,
         output=output,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stairmap.arrays import DepthImage, Transform, Vector
+from stairmap.arrays import DepthImage, IntArray, Transform, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.errors import RecordingError, TrajectoryError
 from stairmap.frame import DepthFrame
@@ -26,6 +26,7 @@ from stairmap.recordings.pose_coverage import (
     find_implausible_speed,
     find_pose_coverage,
 )
+from stairmap.recordings.pose_format import check_has_poses, trajectory_from_format
 from stairmap.recordings.tum_trajectory import load_tum_trajectory
 from stairmap.trajectory import Trajectory
 
@@ -44,6 +45,8 @@ class BagRecording:
         TUM trajectory to use instead of the bag's own poses.
     up
         Axis of the map's coordinate frame that points up (``+z`` if not given), or ``auto``.
+    pose_format
+        See ``open_recording``.
     options
         What to take of the bag where it cannot be guessed.
     watch
@@ -65,6 +68,7 @@ class BagRecording:
         *,
         trajectory: Path | None = None,
         up: str | None = None,
+        pose_format: str | None = None,
         options: BagOptions | None = None,
         watch: WatchOpening | None = None,
     ) -> None:
@@ -76,6 +80,8 @@ class BagRecording:
         self._own_poses = loaded is None
         notes = list(self._contents.notes)
         poses = self._contents.poses.trajectory if loaded is None else loaded
+        check_has_poses(poses, pose_format)
+        poses = None if poses is None else trajectory_from_format(poses, pose_format)
         if poses is None and up not in (None, UP_AUTO):
             raise RecordingError(
                 f"--up {up} names an axis of the map, but {path} has no poses: {self._contents.poses.problem}"
@@ -115,6 +121,11 @@ class BagRecording:
         """First and last stamp of the depth images, in nanoseconds."""
         stamps_ns = self._contents.stamps_ns
         return int(stamps_ns[0]), int(stamps_ns[-1])
+
+    @property
+    def stamps_ns(self) -> IntArray:
+        """(N,) stamps of all frames declared, in nanoseconds."""
+        return self._contents.stamps_ns
 
     @property
     def frame_id(self) -> str:
