@@ -355,6 +355,13 @@ def test_few_rays_tell_no_floor(num: int, is_seen: bool) -> None:
     assert is_level_seen(where(rays, ~kept, 0.0), UP, is_top=False) == is_seen
 
 
+@pytest.mark.parametrize(("low", "high", "is_seen"), [(1.2, 1.7, True), (1.9, 2.8, False), (0.3, 1.1, False)])
+def test_a_floor_is_looked_for_between_1p15_and_1p8_runs(low: float, high: float, is_seen: bool) -> None:
+    rays = measure(UP, slopes=(-4.0, 0.4), noise=0.0)
+    x = (UP.distance - 1.0 / np.maximum(rays.inverse_distance, 1e-6)) / UP.run
+    assert is_level_seen(where(rays, (x < low) | (x > high), 0.0), UP, is_top=False) == is_seen
+
+
 def test_all_rays_hold_those_without_a_measurement() -> None:
     slope = np.linspace(-1.0, 0.2, 7)
     q = np.arange(28.0).reshape(7, 4)

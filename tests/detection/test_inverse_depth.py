@@ -295,3 +295,18 @@ def test_windows_at_a_fold_are_no_inner_ones() -> None:
     near, away = np.abs(row) < 6, (np.abs(row) > 20) & (np.abs(row) < 100)
     assert not surfaces.is_inner[near].any()
     assert surfaces.is_inner[away].mean() > 0.95
+
+
+@pytest.mark.parametrize(
+    ("near", "share", "is_fitted"), [(2.0, 0.03, True), (2.0, 0.14, False), (0.5, 0.14, False)]
+)
+def test_windows_across_a_jump_of_several_percent_fit_no_plane(
+    near: float, share: float, is_fitted: bool
+) -> None:
+    q = np.full((240, 320), 1.0 / near, np.float32)
+    q[:, 160:] *= 1 - share
+    image = InverseDepthImage(inverse_depth=q, valid=q > 0, camera=SMALL, stride=1)
+    surfaces = fit_surface_normals(image)
+    column = surfaces.points[:, 0] / surfaces.points[:, 2] * 262.5
+    assert (np.abs(column) < 3).any() == is_fitted
+    assert (np.abs(column) > 20).any()

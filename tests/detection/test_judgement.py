@@ -290,7 +290,67 @@ def test_angles_that_grow_over_all_steps_are_those_of_winders_however_unsure_eac
     slow = np.radians(1.5) * (np.arange(7) - 3.0)
     assert not find_turned(slow, np.full(7, std))[0].any()
     # Angles known to no better than 15 degrees tell nothing.
-    assert not find_turned(grows, np.full(7, np.radians(16.0)))[0].any()
+    fast = np.radians(9.0) * (np.arange(7) - 3.0)
+    assert find_turned(fast, np.full(7, np.radians(14.8)))[0].all()
+    assert not find_turned(fast, np.full(7, np.radians(15.2)))[0].any()
+
+
+def test_growth_counts_where_both_of_its_angles_are_sure() -> None:
+    std = np.radians([0.3, 6.0, 0.3, 0.3])
+    grows = np.radians([-4.5, -1.5, 1.5, 4.5])
+    assert not find_turned(grows, std)[0].any()
+    assert find_turned(grows, np.radians([6.0, 0.3, 0.3, 0.3]))[0].all()
+
+
+def test_the_std_of_a_turn_is_a_little_larger_than_its_errors() -> None:
+    ratios = []
+    for seed in range(40):
+        turn, std = measure_turns(measure(UP, noise=0.004, seed=seed), UP)
+        ratios.append(turn / std)
+    # Rays are taken to err together by one and a half.
+    assert 0.65 < np.std(ratios) < 1.0
+
+
+@pytest.mark.parametrize(("share", "is_used"), [(0.40, True), (0.55, False)])
+def test_what_stands_half_a_run_off_a_riser_tells_no_turn(share: float, is_used: bool) -> None:
+    rays = measure(UP, noise=0.0)
+    turn, _ = measure_turns(rays, UP)
+    riser = np.abs(1 / rays.inverse_distance - UP.nosing_distances[2]) < 1e-3
+    aside = riser & (rays.bearing > 0.1)
+    off = replace(
+        rays,
+        inverse_distance=np.where(
+            aside, 1 / (UP.nosing_distances[2] + share * UP.run), rays.inverse_distance
+        ),
+    )
+    changed, _ = measure_turns(off, UP)
+    assert (np.abs(changed[2] - turn[2]) > np.radians(3)) == is_used
+
+
+@pytest.mark.parametrize(("margin", "is_used"), [(0.08, True), (0.03, False)])
+def test_what_stands_at_the_ends_of_the_stairs_tells_no_turn(margin: float, is_used: bool) -> None:
+    rays = measure(UP, noise=0.0)
+    s = 1 / rays.inverse_distance
+    t = rays.bearing * s
+    # The outer part of every riser leans back by 0.1 m, from so far inside of the end at 0.3 m.
+    leans = replace(rays, inverse_distance=np.where(t > 0.3 - margin, 1 / (s + 0.1), rays.inverse_distance))
+    plain, _ = measure_turns(rays, UP, (-0.3, 0.3))
+    turn, _ = measure_turns(leans, UP, (-0.3, 0.3))
+    assert (np.nanmax(np.abs(turn - plain)) > np.radians(2)) == is_used
+
+
+@pytest.mark.parametrize(("num", "is_told"), [(8, True), (7, False)])
+def test_eight_rays_tell_a_turn(num: int, is_told: bool) -> None:
+    rays = measure(UP)
+    riser = np.flatnonzero(
+        (np.abs(1 / rays.inverse_distance - UP.nosing_distances[1]) < 0.01)
+        & (np.abs(rays.slope * UP.nosing_distances[1] - UP.tread_heights[1] - 0.5 * UP.rise) < 0.04)
+    )
+    kept = np.zeros(len(rays.slope), bool)
+    kept[riser[:num]] = True
+    turn, _ = measure_turns(replace(rays, inverse_distance=np.where(kept, rays.inverse_distance, 0.0)), UP)
+    assert np.isfinite(turn[1]) == is_told
+    assert np.isnan(turn[[0, 2, 3, 4]]).all()
 
 
 def test_steps_without_a_known_angle_are_not_turned() -> None:
