@@ -129,6 +129,7 @@ def test_a_portal_is_json_with_all_its_numbers():
     portal = portal_of()
     assert portal.to_dict() == {
         "stairway": 1, "levels": [0, 1], "leads_to_unexplored": True,
+        "open_ends": {"lower": False, "upper": False},
         "lower": {"position": [1.0, pytest.approx(2 - STANDOFF), 0.0], "heading": math.pi / 2},
         "upper": portal.upper.to_dict(), "length": portal.length, "height": pytest.approx(1.7),
         "cost_up": portal.cost_up, "cost_down": portal.cost_down, "verdict": "passable", "notes": [],
