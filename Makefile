@@ -23,7 +23,8 @@ demo: $(VENV)/.installed-demo
 	$(BIN)/stairmap demo
 
 test: $(VENV)/.installed-dev ros-environment
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile --ignore tests/ros
+	$(BIN)/python -m pytest tests/ros
 
 nightly: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -m nightly

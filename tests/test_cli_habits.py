@@ -189,16 +189,19 @@ def replace(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new))
 
 
-def test_report_says_where_it_comes_from(run_folder: Path, tmp_path: Path) -> None:
+def test_report_says_where_it_comes_from(
+    run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("jinja2", reason="needs the extra report")
     # A name that is no UTF-8 is written as its escapes.
     recording = tmp_path / os.fsdecode(b"st\xffairs")
     shutil.copytree(run_folder.parent / "stairs", recording)
+    monkeypatch.setattr(sys, "argv", ["stairmap", "run", "stairs"])
     assert stairmap("run", recording, "-o", tmp_path / "run").code == 0
     page = (tmp_path / "run" / "report.html").read_text()
     assert re.search(r"<br>date: \d{4}-\d\d-\d\d \d\d:\d\d", page)
     assert f"<br>recording: {tmp_path.resolve()}/st\\udcffairs" in page
-    assert "<br>command: stairmap " in page
+    assert "<br>command: stairmap run stairs" in page
     assert "stairmap 0." in page
 
 
