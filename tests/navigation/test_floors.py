@@ -278,3 +278,9 @@ def test_a_landing_ends_at_its_flights(x):
     )
     stack = find_floors([stairway], rest_at((x, 0.0, 2.4)), camera_height=CAMERA_HEIGHT)
     assert [round(floor.height, 2) for floor in stack.floors] == [0.0, 2.4, 4.8]
+
+
+def test_an_end_of_which_nothing_is_known_is_open() -> None:
+    floors = FloorStack(floors=(), levels={})
+    assert floors.has_open_end(7, upper=True)
+    assert floors.has_open_end(7, upper=False)

@@ -104,8 +104,8 @@ class FloorStack:
                 )
 
     def has_open_end(self, stairway_id: int, *, upper: bool) -> bool:
-        """Tell whether the lower or upper end of a stairway is open."""
-        return self.open_ends.get(stairway_id, (False, False))[upper]
+        """Tell whether the lower or upper end of a stairway is open; one that is not known is."""
+        return self.open_ends.get(stairway_id, (True, True))[upper]
 
     def floor(self, level: int) -> Floor:
         """Return the floor of a level.
