@@ -87,8 +87,7 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
     first, last, bottom_seen, top_seen = find_step_range(
         SeenSteps(
             edge_step=index,
-            # Seen from above, a flight heads towards the camera.
-            from_below=records["forward"][owner, 2] > 0,
+            from_below=records["from_below"][owner],
             lowest=shift,
             highest=shift + records["num_steps"] - 1,
             floor_seen=records["floor_seen"],

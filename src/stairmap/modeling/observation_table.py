@@ -35,6 +35,7 @@ OBSERVATION_FIELDS = np.dtype(
         ("top_seen", np.bool_),
         ("overhang", np.float64),
         ("overhang_std", np.float64),
+        ("from_below", np.bool_),
     ]
 )
 
@@ -53,8 +54,8 @@ EDGE_FIELDS = np.dtype(
     ]
 )
 
-_LATER_FIELDS = ("overhang", "overhang_std", "forward_std", "up_std")
-"""Fields that records of the first version lack; NaN, unknown, where they are read."""
+_LATER_FIELDS = ("overhang", "overhang_std", "forward_std", "up_std", "from_below")
+"""Fields that records of earlier versions lack; NaN, unknown, where they are read, or worked out."""
 
 DEFAULT_VARIANCES = (0.02**2, 0.02**2, 0.03**2, 0.03**2, np.radians(3.0) ** 2)
 """Variances of (rise, run, forward, up, heading) for a detector that gives no covariance."""
@@ -153,6 +154,7 @@ class ObservationTable:
             observation.top_seen,
             observation.overhang,
             observation.overhang_std,
+            observation.view == "ascending",
         )
         count = len(ends)
         self._edges = with_room(self._edges, self._num_edges + count)
@@ -187,7 +189,8 @@ def _with_all_fields(
             raise ValueError(f"{name}: the field {field} is {records.dtype[field]}, expected {fields[field]}")
         full[field] = records[field]
     for field in missing:
-        full[field] = np.nan
+        # Seen from above, a flight heads towards the camera that version had; a LiDAR looks all round.
+        full[field] = records["forward"][:, 2] > 0 if field == "from_below" else np.nan
     return full
 
 

@@ -22,6 +22,8 @@ class BagOptions:
         Topic of poses: transforms, odometry or stamped poses.
     map_frame
         Coordinate frame that is the map.
+    cloud_topic
+        Topic of a LiDAR's sweeps, to be used instead of depth images.
     """
 
     depth_topic: str | None = None
@@ -29,3 +31,4 @@ class BagOptions:
     camera_file: Path | None = None
     pose_topic: str | None = None
     map_frame: str | None = None
+    cloud_topic: str | None = None

@@ -65,6 +65,25 @@ class Rendering:
         return lit.reshape(self.depth.shape)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RayHits:
+    """What rays meet first.
+
+    Attributes
+    ----------
+    distance
+        (N,) along the ray, m, NaN where nothing is.
+    incidence
+        (N,) angle between ray and normal, 0 to pi/2 rad, NaN without a surface.
+    triangle_ids
+        (N,) int64 index of the triangle, -1 without a surface.
+    """
+
+    distance: Float64Array
+    incidence: Float64Array
+    triangle_ids: IntArray
+
+
 def check_ray_caster() -> None:
     """Miss the package for ray casting before the work begins.
 
@@ -135,6 +154,32 @@ class RayCaster:
             triangle_ids=np.where(missed, -1, self._triangle_ids[hits]).reshape(shape),
             caster=self,
         )
+
+    def cast(self, origins: Points, directions: Points) -> RayHits:
+        """Return what rays meet first.
+
+        Parameters
+        ----------
+        origins
+            (N, 3) where they begin, map, m.
+        directions
+            (N, 3) unit vectors, map.
+        """
+        start = origins - self._origin
+        hits = np.asarray(self._scene.run(start.astype(np.float32), directions.astype(np.float32)))
+        missed = hits < 0
+        hits = np.where(missed, 0, hits)
+        normals = self._normals[hits]
+        cosine = np.einsum("ij,ij->i", normals, directions)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = (self._offsets[hits] - np.einsum("ij,ij->i", normals, start)) / cosine
+        # As in ``render``: a triangle seen edge on has a plane that the ray does not meet.
+        missed |= ~(distance > 0) | ~np.isfinite(distance)
+        distance[missed] = np.nan
+        incidence = np.arccos(np.minimum(np.abs(cosine), 1.0))
+        incidence[missed] = np.nan
+        triangle_ids = np.where(missed, -1, self._triangle_ids[hits])
+        return RayHits(distance=distance, incidence=incidence, triangle_ids=triangle_ids)
 
     def is_visible(self, eye: Vector, points: Points) -> Mask:
         """Tell which of (N, 3) map points nothing hides from a (3,) eye in the map.

@@ -19,7 +19,12 @@ def simulate(
         str | None, typer.Argument(help="Name of a scene; --list prints all.", show_default=False)
     ] = None,
     sensor: Annotated[
-        str, typer.Option(metavar="NAME", help="Depth camera.", rich_help_panel=_DRIVE)
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="Depth camera, or a LiDAR (vlp16, os0_64, mid360): then a bag is written.",
+            rich_help_panel=_DRIVE,
+        ),
     ] = "kinect_v1",
     factor: Annotated[
         float,
@@ -82,6 +87,7 @@ def simulate(
       stairmap simulate --list
       stairmap simulate free_standing
       stairmap simulate davis_rear -o davis --sensor d435 --robot spot
+      stairmap simulate half_turn -o walk --sensor mid360 --robot go2
     """
     from stairmap.cli.simulate import describe_scenes, simulate_recording  # noqa: PLC0415
 

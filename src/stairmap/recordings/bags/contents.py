@@ -92,7 +92,7 @@ def read_bag_contents(
         See ``BagRecording``; as DamagedBagError if the bag cannot be read on.
     """
     depth = find_bag_depth(bag, options)
-    transforms, poses = _pose_topics(bag.topics, options.pose_topic) if with_poses else ((), ())
+    transforms, poses = find_pose_topics(bag.topics, options.pose_topic) if with_poses else ((), ())
     scan = scan_bag(
         bag,
         depth_topic=depth.topic,
@@ -102,7 +102,7 @@ def read_bag_contents(
         pose_topics=[topic.name for topic in poses],
         watch=watch,
     )
-    chosen = next((topic for topic in (*transforms, *poses) if _is_named(topic, options.pose_topic)), None)
+    chosen = find_chosen_topic((*transforms, *poses), options.pose_topic)
     found = find_bag_poses(
         scan.stretch,
         pose_topic=None if chosen is None else chosen.name,
@@ -121,14 +121,23 @@ def read_bag_contents(
     )
 
 
-def _is_named(topic: BagTopic, name: str | None) -> bool:
-    return name is not None and topic.name.lstrip("/") == name.lstrip("/")
+def find_chosen_topic(topics: Sequence[BagTopic], name: str | None) -> BagTopic | None:
+    """Return the topic that a user named, with or without its leading slash; ``None`` if none is."""
+    if name is None:
+        return None
+    return next((topic for topic in topics if topic.name.lstrip("/") == name.lstrip("/")), None)
 
 
-def _pose_topics(
+def find_pose_topics(
     topics: Sequence[BagTopic], wanted: str | None
 ) -> tuple[tuple[BagTopic, ...], tuple[BagTopic, ...]]:
-    """Return the topics of transforms and of poses to read."""
+    """Return the topics of transforms and of poses to read.
+
+    Raises
+    ------
+    RecordingError
+        If the user named one that is not there.
+    """
     transforms = transform_topics(topics)
     if wanted is None:
         return transforms, topics_of_type(topics, ODOMETRY, *POSES)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.arrays import Transform
+from stairmap.arrays import IntArray, Transform
 from stairmap.errors import TrajectoryError, TransformLookupError, TransformProblem
 from stairmap.recordings.bags.scan import PoseTopic, ScannedStretch
 from stairmap.recordings.bags.transform_intake import TransformIntake, guess_map_frame
@@ -43,7 +43,12 @@ class BagPoses:
 
 
 def find_bag_poses(
-    stretch: ScannedStretch, *, pose_topic: str | None, is_transform_topic: bool, map_frame: str | None
+    stretch: ScannedStretch,
+    *,
+    pose_topic: str | None,
+    is_transform_topic: bool,
+    map_frame: str | None,
+    stamps_ns: IntArray | None = None,
 ) -> BagPoses:
     """Find poses in what a bag says.
 
@@ -57,6 +62,8 @@ def find_bag_poses(
         Whether the topic that the user chose is one of transforms.
     map_frame
         What the user says the map's coordinate frame is.
+    stamps_ns
+        (N,) increasing stamps at which poses are wanted; those of the images if not given.
 
     Raises
     ------
@@ -64,11 +71,12 @@ def find_bag_poses(
         If the user's coordinate frame is not there; the message lists those that are.
     """
     intake = stretch.intake
+    stamps_ns = stretch.stamps_ns if stamps_ns is None else stamps_ns
     notes = list(intake.buffer.notes)
     if intake.num_invalid:
         notes.append(f"{intake.num_invalid} transforms are not used: their quaternion is not of unit length")
     if pose_topic is not None and not is_transform_topic:
-        return _from_pose_topic(stretch, pose_topic, map_frame, notes)
+        return _from_pose_topic(stretch, stamps_ns, pose_topic, map_frame, notes)
     frame = map_frame or guess_map_frame(intake)
     if map_frame is not None and map_frame.lstrip("/") not in intake.coordinate_frames:
         raise TrajectoryError(
@@ -77,12 +85,12 @@ def find_bag_poses(
     if frame is not None:
         frame = frame.lstrip("/")
         map_lookup = _guarded_lookup(stretch, frame)
-        return _look_up_all(stretch, map_lookup, frame, f"transforms, {frame} to {intake.source}", notes)
+        return _look_up_all(stamps_ns, map_lookup, frame, f"transforms, {frame} to {intake.source}", notes)
     candidates = [name for name, poses in stretch.pose_topics.items() if len(poses.history)]
     named = [name for name in candidates if stretch.pose_topics[name].child]
     best = named or candidates
     if len(best) == 1:
-        return _from_pose_topic(stretch, best[0], None, notes)
+        return _from_pose_topic(stretch, stamps_ns, best[0], None, notes)
     return _without_poses(_describe_missing(stretch, best), notes)
 
 
@@ -108,7 +116,7 @@ def _guarded_lookup(stretch: ScannedStretch, frame: str) -> LookUp:
 
 
 def _from_pose_topic(
-    stretch: ScannedStretch, topic: str, map_frame: str | None, notes: list[str]
+    stretch: ScannedStretch, stamps_ns: IntArray, topic: str, map_frame: str | None, notes: list[str]
 ) -> BagPoses:
     poses = stretch.pose_topics.get(topic, PoseTopic())
     intake = stretch.intake
@@ -145,15 +153,15 @@ def _from_pose_topic(
         return np.asarray(found @ intake.buffer.lookup(child, intake.source, stamp_ns))
 
     source = f"{topic}, {poses.parent or 'map'} to {child}"
-    return _look_up_all(stretch, look_up, poses.parent or "map", source, notes)
+    return _look_up_all(stamps_ns, look_up, poses.parent or "map", source, notes)
 
 
 def _look_up_all(
-    stretch: ScannedStretch, look_up: LookUp, frame_id: str, source: str, notes: list[str]
+    wanted_ns: IntArray, look_up: LookUp, frame_id: str, source: str, notes: list[str]
 ) -> BagPoses:
     stamps_ns, found = [], []
     problem: str | None = None
-    for stamp_ns in stretch.stamps_ns.tolist():
+    for stamp_ns in wanted_ns.tolist():
         try:
             pose = look_up(stamp_ns)
         except TransformLookupError as error:

@@ -14,6 +14,13 @@ COMPRESSED_IMAGE = "sensor_msgs/msg/CompressedImage"
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 ODOMETRY = "nav_msgs/msg/Odometry"
+CLOUDS = (
+    "sensor_msgs/msg/PointCloud2",
+    "livox_ros_driver2/msg/CustomMsg",
+    "livox_ros_driver/msg/CustomMsg",
+)
+"""Types of a LiDAR's sweeps."""
+
 POSES = (
     "geometry_msgs/msg/PoseStamped",
     "geometry_msgs/msg/PoseWithCovarianceStamped",
@@ -86,6 +93,25 @@ def guess_depth_topic(topics: Sequence[BagTopic], encodings: Mapping[str, str]) 
             f"no topic has depth images (16UC1, 32FC1 or compressedDepth); there are images on: {there_are}"
         )
     raise RecordingError(f"no topic has depth images; {listed(tuple(topics))}")
+
+
+def guess_cloud_topic(topics: Sequence[BagTopic]) -> BagTopic:
+    """Return the only topic with sweeps of a LiDAR.
+
+    Raises
+    ------
+    RecordingError
+        If there is none, or there are several.
+    """
+    candidates = topics_of_type(topics, *CLOUDS)
+    if len(candidates) == 1:
+        return candidates[0]
+    if candidates:
+        raise RecordingError(
+            f"there are {len(candidates)} topics with point clouds; pass that of the LiDAR itself with "
+            "--cloud-topic: " + ", ".join(topic.name for topic in candidates)
+        )
+    raise RecordingError(f"no topic has point clouds; {listed(tuple(topics))}")
 
 
 def guess_camera_info_topic(topics: Sequence[BagTopic], depth_topic: str) -> BagTopic:
