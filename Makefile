@@ -8,12 +8,14 @@ PYTHON ?= $(shell for name in python3.13 python3.12 python3.11 python3.10 python
 	$$name -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1 \
 	&& echo $$name && break; done)
 
-.PHONY: help demo test nightly mutants lint docs clean ros-environment
+.PHONY: help demo test nightly kernels sanitize mutants lint docs clean ros-environment
 
 help:
 	@echo "make demo     a simulated robot at a known stairway: estimated against true"
 	@echo "make test     all tests"
 	@echo "make nightly  the tests that take minutes: corrupt files, killed runs"
+	@echo "make kernels  the compiled kernels, built into src/: after a change of their C++, or to run from source"
+	@echo "make sanitize tests of the kernels while addresses and undefined behaviour are checked"
 	@echo "make mutants  a sample of faults put into the code: how many of them the tests notice"
 	@echo "make lint     ruff, mypy, import-linter"
 	@echo "make docs     docs/configuration.md and the ROS 2 node's parameters from the code"
@@ -28,6 +30,26 @@ test: $(VENV)/.installed-dev ros-environment
 
 nightly: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -m nightly
+
+# For a source tree that is run with PYTHONPATH=src by another environment: make kernels KERNELS_PYTHON=…
+KERNELS_PYTHON ?= $(BIN)/python
+CONFIGURE = $(KERNELS_PYTHON) -m cmake -G Ninja -S src/stairmap/kernels/cpp \
+	-DPython_EXECUTABLE="$$($(KERNELS_PYTHON) -c 'import sys; print(sys.executable)')" \
+	-DCMAKE_MAKE_PROGRAM="$$($(KERNELS_PYTHON) -c 'import ninja; print(ninja.BIN_DIR)')/ninja"
+
+kernels: | $(KERNELS_PYTHON)
+	$(KERNELS_PYTHON) -m pip install --quiet --disable-pip-version-check cmake nanobind ninja
+	$(CONFIGURE) -B build/kernels --log-level=WARNING
+	$(KERNELS_PYTHON) -m cmake --build build/kernels
+
+# The sanitizers' run-time library must be loaded before Python; leaks of Python itself do not count.
+sanitize: | $(KERNELS_PYTHON)
+	$(KERNELS_PYTHON) -m pip install --quiet --disable-pip-version-check cmake nanobind ninja
+	$(CONFIGURE) -B build/sanitize -DSANITIZE=ON --log-level=WARNING
+	$(KERNELS_PYTHON) -m cmake --build build/sanitize
+	LD_PRELOAD="$$(c++ -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 \
+		UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 PYTHONPATH=build/sanitize/package:src \
+		$(KERNELS_PYTHON) -m pytest tests/kernels
 
 # ROS 2 from wheels for the tests of its node, in .venv-ros; where that cannot be made, they are skipped.
 ros-environment: $(BIN)/python

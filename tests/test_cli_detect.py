@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from command_line import check_refused, stairmap
 from small_recordings import damage_image, write_recording
 from stairmap.export.loading import load_detections
+from stairmap.kernels import describe_kernels
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +87,7 @@ def test_inspect_tells_what_a_recording_holds(floor):
     assert "320 x 240 px" in text
     assert "3 of 3 frames have one" in text
     assert "from the poses (map z) in 3" in text
+    assert f"kernels       {describe_kernels()}" in text
 
 
 def test_inspect_tells_of_missing_poses_damaged_frames_and_unknown_up(recording):

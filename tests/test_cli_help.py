@@ -11,6 +11,7 @@ import pytest
 import stairmap as package
 from command_line import stairmap
 from stairmap.cli.options import Method, Up
+from stairmap.kernels import describe_kernels
 from stairmap.pipeline import METHODS
 from stairmap.recordings.map_up import UP_AUTO, UP_AXES
 
@@ -44,8 +45,10 @@ def test_help_opens_with_examples(command):
     assert before_options.count("\n   stairmap ") >= 2
 
 
-def test_version_is_that_of_the_package():
-    assert stairmap("--version").stdout == f"stairmap {package.__version__}\n"
+def test_version_is_that_of_the_package_and_tells_which_kernels_are_used():
+    version, used = stairmap("--version").stdout.splitlines()
+    assert version == f"stairmap {package.__version__}"
+    assert used == f"kernels: {describe_kernels()}"
 
 
 def test_choices_are_those_of_the_code():

@@ -319,14 +319,6 @@ def test_by_slope_is_the_derivative_by_the_slope() -> None:
         np.testing.assert_allclose(predicted.by_slope, (high - low) / 2e-7, atol=1e-4 * scale)
 
 
-def test_derivatives_by_other_values_follow_the_chain() -> None:
-    chain = np.random.default_rng(1).normal(size=(2 * 7 + 6, 3))
-    plain = predict(outline_of(UP), SLOPES, BLURRED)
-    chained = predict(outline_of(UP).by(chain), SLOPES, BLURRED)
-    np.testing.assert_allclose(chained.gradient[:, :3], plain.gradient[:, :-1] @ chain, atol=1e-9)
-    np.testing.assert_allclose(chained.gradient[:, 3], plain.gradient[:, -1])
-
-
 @pytest.mark.parametrize("smoothing", [0.7, 1.5])
 @pytest.mark.parametrize("name", ["ascending", "descending", "without overhang"])
 def test_smoothing_is_a_convolution_of_what_is_seen_sharply(name: str, smoothing: float) -> None:

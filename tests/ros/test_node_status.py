@@ -81,6 +81,7 @@ def test_numbers_are_counted() -> None:
     assert values["images dropped without a transform"] == "5"
     assert values["images processed"] == "1"
     assert values["delay of the last 100 results, ms"] == "20 median, 30 longest"
+    assert values["kernels"].startswith(("compiled", "NumPy, several times slower: "))
 
 
 def test_a_stamp_that_was_never_set_is_no_jump_in_time() -> None:

@@ -9,6 +9,7 @@ from enum import IntEnum
 import numpy as np
 
 from stairmap.detection.observation import Detection
+from stairmap.kernels import describe_kernels
 
 
 class Level(IntEnum):
@@ -141,6 +142,7 @@ class NodeStatus:
             "invalid transforms": str(self.num_invalid_transforms),
             "delay of the last 100 results, ms": delay,
             "reason against the last image": self._last_rejection() or "none",
+            "kernels": describe_kernels(),
         }
 
     def _describe_silence(self, silence: float, now: float) -> str:

@@ -58,7 +58,9 @@ for command in (
 
 def _print_version(is_asked: bool) -> None:
     if is_asked:
-        typer.echo(f"stairmap {stairmap.__version__}")
+        from stairmap.kernels.choice import describe_kernels  # noqa: PLC0415
+
+        typer.echo(f"stairmap {stairmap.__version__}\nkernels: {describe_kernels()}")
         raise typer.Exit
 
 
@@ -67,7 +69,13 @@ def _stairmap(
     *,
     version: Annotated[
         bool,
-        typer.Option("--version", "-V", help="Print the version.", is_eager=True, callback=_print_version),
+        typer.Option(
+            "--version",
+            "-V",
+            help="Print the version, and which kernels are used.",
+            is_eager=True,
+            callback=_print_version,
+        ),
     ] = False,
 ) -> None:
     pass

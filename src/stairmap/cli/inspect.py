@@ -26,6 +26,7 @@ from stairmap.export.results import null_for_nan
 from stairmap.frame import DepthFrame
 from stairmap.input_files import shown
 from stairmap.inspection import FrameStatistics, measure_frames
+from stairmap.kernels import describe_kernels
 from stairmap.output_files import check_new_file, write_whole
 from stairmap.pipeline import make_detector
 from stairmap.recordings.bags.recording import BagRecording
@@ -106,6 +107,7 @@ def _describe_recording(recording: Recording, statistics: FrameStatistics) -> di
         "num_up_from_pose": statistics.num_up_from_pose,
         "num_up_from_camera": statistics.num_up_from_camera,
         "num_up_from_floor": statistics.num_up_unknown,
+        "kernels": describe_kernels(),
         "problems": [*filter(None, [statistics.pose_mistake]), *recording.problems.to_lines()],
     } | ({"bag": describe_bag(recording)} if isinstance(recording, BagRecording) else {})
 
@@ -145,6 +147,7 @@ def _format_text(values: dict[str, Any]) -> str:
         if values["num_poses"]
         else "none: pass --trajectory or --odometry, or use 'stairmap detect'",
         "up": f"from {ups}" if ups else "unknown",
+        "kernels": values["kernels"],
     } | (format_bag_rows(values["bag"]) if "bag" in values else {})
     lines = [f"{name:<13} {shown(text)}" for name, text in rows.items()]
     if values["problems"]:

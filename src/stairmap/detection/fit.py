@@ -10,6 +10,7 @@ covariance is the inverse of the same equations.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from stairmap.arrays import Float64Array, IntArray, Vector, readonly
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.profile import MIN_FORWARD, Optics, Prediction, StairProfile, outline_of, tabulate
 from stairmap.geometry import normalized
+from stairmap.kernels import sum_equations
+from stairmap.kernels.equations import EquationLimits, RayView
 
 REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "ground", "slope")
 """The values of a regular profile in the order of the equations; the shift of edges follows."""
@@ -79,6 +82,15 @@ MIN_NOISE = 1e-4
 
 NOISE_BAND = 0.04
 """Rays within this of a surface tell the noise, m: what stands farther off is something else."""
+
+PLAIN_SHARE = 0.1
+"""... away from edges: where an edge's place adds less than the noise, or than this share of the band."""
+
+NOISE_BAND_SIGMA = 6.0
+"""... and, where that is more, within so many of the standard deviations that the normals told."""
+
+SIGMA_OF_MEDIAN = 1.4826
+"""Standard deviation of normal errors over the median of their sizes."""
 
 MAX_NOISE_FACTOR = 20.0
 """Largest factor between the noise seen about the profile and that told by the normals."""
@@ -240,15 +252,12 @@ def fit_profile(
     if not is_coarse:
         rounds = (*rounds, *(0.0,) * NUM_FINE_ROUNDS)
     prior = _Prior(start, optics.shift, up_std)
-    chain = _chain(start.num_steps)
     for coarse in rounds:
-        is_fine = coarse == 0.0
-        table = _Table(rays.turned(*state.angles), state, chain if is_fine else chain[:, :OFFSETS])
-        state = replace(state, noise=table.noise_seen(noise))
-        equations = table.equations(state.noise, coarse)
-        if equations is None:
+        sums = _sum_rays(rays, state, noise, coarse)
+        state = replace(state, noise=sums.noise)
+        if sums.num_rays < MIN_RAYS:
             return None
-        matrix, gradient = prior.added(*equations, state)
+        matrix, gradient = prior.added(sums.matrix, sums.vector, state)
         try:
             change = -np.asarray(np.linalg.solve(matrix, gradient), dtype=np.float64)
         except np.linalg.LinAlgError:
@@ -256,7 +265,7 @@ def fit_profile(
         state = state.moved(change)
         if not state.is_sane(start):
             return None
-    result = _result(state, matrix, optics.shift, table.cost())
+    result = _result(state, matrix, optics.shift, sums.cost)
     return result if (np.diag(result.covariance) > 0).all() else None
 
 
@@ -331,88 +340,55 @@ class _Prior:
         return matrix + np.diag(information), gradient + information * deviation
 
 
-class _Table:
-    """A profile's predictions at every half row, and how rays compare with them."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sums:
+    """What the rays say in a round: their noise, robust number, equations without the prior, and cost."""
 
-    def __init__(self, rays: Rays, state: _State, chain: Float64Array) -> None:
-        low, high = _slope_range(state.profile)
-        chosen = np.flatnonzero((rays.slope > low) & (rays.slope < high))
-        slope, self.bearing = rays.slope[chosen], rays.bearing[chosen]
-        outline = outline_of(state.profile, min_extent=state.optics.smoothing * state.optics.row_size)
-        self.prediction = tabulate(outline.by(chain), state.optics, low, high, has_gradient=True)
-        self.entry = self.prediction.entries(slope)
-        expected = self.prediction.expected(slope, self.entry)
-        measured = np.maximum(rays.inverse_distance[chosen], self.prediction.farthest[self.entry])
-        self.residual = measured - expected
-
-    def noise_seen(self, told: float) -> float:
-        """Standard deviation of the rays about the profile away from its edges, 1/m."""
-        predicted = self.prediction
-        near = NOISE_BAND * predicted.sensitivity
-        is_plain = (predicted.edge_spread < np.maximum(told, 0.1 * near))[self.entry]
-        is_plain &= np.abs(self.residual) < np.maximum(6.0 * told, near)[self.entry]
-        if np.count_nonzero(is_plain) < MIN_RAYS:
-            return told
-        seen = 1.4826 * float(np.median(np.abs(self.residual[is_plain])))
-        return float(np.clip(seen, told / MAX_NOISE_FACTOR, told * MAX_NOISE_FACTOR))
-
-    def variance(self, noise: float, coarse: float) -> Float64Array:
-        """(G,) variance of rays at each entry."""
-        return np.asarray(
-            noise**2
-            + (SURFACE_STD**2 + coarse**2) * self.prediction.sensitivity**2
-            + self.prediction.edge_spread**2
-        )
-
-    def cost(self) -> float:
-        """Robust squares of the residuals, with one error for all: edges and noise are not excused."""
-        ratio = self.residual / (COARSE_STDS[-1] * self.prediction.sensitivity[self.entry])
-        return float(np.sum(ratio**2 / (1.0 + ratio**2 / TAIL**2)))
-
-    def equations(self, noise: float, coarse: float) -> tuple[Float64Array, Float64Array] | None:
-        """Normal matrix and gradient over all values, without the prior; ``None`` with too few rays."""
-        variance = self.variance(noise, coarse)[self.entry]
-        ratio = self.residual**2 / variance
-        # Rays beyond the tail pull ever less: what hides the stairs, or stands beside them, is no error.
-        weight = 1.0 / (1.0 + ratio / TAIL**2) ** 2
-        if weight.sum() < MIN_RAYS:
-            return None
-        weight /= variance * RAYS_PER_SAMPLE
-        predicted, bearing = self.prediction, self.bearing
-        count = len(predicted.slope)
-
-        def summed(values: Float64Array) -> Float64Array:
-            return np.asarray(np.bincount(self.entry, values, count), dtype=np.float64)
-
-        plain, across, squared = summed(weight), summed(weight * bearing), summed(weight * bearing**2)
-        pull, pull_across = summed(weight * self.residual), summed(weight * self.residual * bearing)
-        used = np.flatnonzero(plain)
-        plain, across, squared, pull, pull_across = (
-            values[used] for values in (plain, across, squared, pull, pull_across)
-        )
-        shape = -predicted.gradient[used, :-1]
-        shape[:, SHIFT] = -predicted.gradient[used, -1]
-        tau, q, by_slope = predicted.slope[used], predicted.inverse_distance[used], predicted.by_slope[used]
-        tilt, roll, turn = q * tau - by_slope * (1 + tau**2), -by_slope, by_slope * tau - q
-        # All columns with the power of the bearing that multiplies them.
-        shape[:, TILT] = tilt
-        level = shape.copy()
-        level[:, [ROLL, TURN]] = 0.0
-        lateral = np.stack([roll, turn], axis=1)
-        matrix = (level * plain[:, None]).T @ level
-        mixed = (level * across[:, None]).T @ lateral
-        matrix[:, [ROLL, TURN]] += mixed
-        matrix[[ROLL, TURN], :] += mixed.T
-        matrix[np.ix_([ROLL, TURN], [ROLL, TURN])] += (lateral * squared[:, None]).T @ lateral
-        gradient = level.T @ pull
-        gradient[[ROLL, TURN]] += lateral.T @ pull_across
-        return matrix, gradient
+    noise: float
+    num_rays: float
+    matrix: Float64Array
+    vector: Float64Array
+    cost: float
 
 
-def _chain(num_steps: int) -> Float64Array:
-    """(M, P) derivatives of an outline's values by those of the equations."""
+def _sum_rays(rays: Rays, state: _State, told_noise: float, coarse: float) -> _Sums:
+    """Compare rays with a profile's predictions at every half row."""
+    low, high = _slope_range(state.profile)
+    outline = outline_of(state.profile, min_extent=state.optics.smoothing * state.optics.row_size)
+    predicted = tabulate(outline, state.optics, low, high, has_gradient=True)
+    limits = EquationLimits(
+        told_noise=told_noise,
+        least_noise=told_noise / MAX_NOISE_FACTOR,
+        most_noise=told_noise * MAX_NOISE_FACTOR,
+        band=NOISE_BAND,
+        plain_share=PLAIN_SHARE,
+        band_sigma=NOISE_BAND_SIGMA,
+        min_rays=MIN_RAYS,
+        sigma_of_median=SIGMA_OF_MEDIAN,
+        surface_variance=SURFACE_STD**2 + coarse**2,
+        tail=TAIL,
+        rays_per_sample=RAYS_PER_SAMPLE,
+        cost_std=COARSE_STDS[-1],
+    )
+    tilt, roll, turn = state.angles.tolist()
+    noise, num_rays, matrix, vector, cost = sum_equations(
+        (rays.slope, rays.bearing, rays.inverse_distance),
+        RayView(tilt, roll, turn, low, high),
+        predicted.table,
+        predicted.gradient,
+        limits,
+    )
+    chain = _chain(state.profile.num_steps, is_fine=coarse == 0.0)
+    return _Sums(
+        noise=noise, num_rays=num_rays, matrix=chain.T @ matrix @ chain, vector=chain.T @ vector, cost=cost
+    )
+
+
+@lru_cache(maxsize=128)
+def _chain(num_steps: int, *, is_fine: bool) -> Float64Array:
+    """(M + 4, P) derivatives of an outline's values, shift, tilt, roll and turn by those of the equations."""
     n = num_steps
-    chain = np.zeros((2 * n + 6, OFFSETS + 2 * n + 1))
+    chain = np.zeros((2 * n + 10, OFFSETS + 2 * n + 1))
     nosing, level = np.arange(n), n + np.arange(n + 1)
     chain[nosing, REGULAR.index("distance")] = 1.0
     chain[nosing, REGULAR.index("run")] = np.arange(n)
@@ -421,7 +397,8 @@ def _chain(num_steps: int) -> Float64Array:
     for place, name in enumerate(("overhang", "thickness", "rake", "ground", "slope")):
         chain[2 * n + 1 + place, REGULAR.index(name)] = 1.0
     chain[np.arange(2 * n + 1), OFFSETS + np.arange(2 * n + 1)] = 1.0
-    return chain
+    chain[2 * n + 6 + np.arange(4), [SHIFT, TILT, ROLL, TURN]] = 1.0
+    return readonly(chain if is_fine else chain[:, :OFFSETS])
 
 
 def _slope_range(profile: StairProfile) -> tuple[float, float]:

@@ -15,7 +15,11 @@ from enum import IntEnum
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, IntArray, Mask, readonly
+from stairmap.arrays import Float64Array, IntArray, readonly
+from stairmap.kernels import outlines, predict_rays, trace_outline
+from stairmap.kernels.equations import TableArrays, nearest_entries
+from stairmap.kernels.outlines import OutlineArrays, SectionLimits, SectionShape
+from stairmap.kernels.predictions import EdgeOptics, PieceKinds
 
 MIN_FORWARD = 0.1
 """What lies nearer than this is beside or behind the camera, m."""
@@ -39,14 +43,24 @@ LOGISTIC_WIDTH = 0.55
 """Scale of the logistic function that is nearest to a Gaussian's integral, in its standard deviations."""
 
 
+LEAST_LEVEL = 1e-3
+"""A level nearer to the camera's height than this is seen edge-on, as one that lies so far below, m."""
+
+LEAST_EXTENT = 1e-9
+"""What is seen over a smaller range of slopes is not seen, m per m."""
+
+LEAST_SMOOTHING = 1e-3
+"""No sensor shows an edge sharper than over this, rows."""
+
+
 class Surface(IntEnum):
     """The surfaces of a step; ``BEHIND`` is what is seen past an edge, farther than it but unknown."""
 
-    RISER = 0
-    UNDERSIDE = 1
-    FRONT = 2
-    TREAD = 3
-    BEHIND = 4
+    RISER = outlines.RISER
+    UNDERSIDE = outlines.UNDERSIDE
+    FRONT = outlines.FRONT
+    TREAD = outlines.TREAD
+    BEHIND = outlines.BEHIND
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,17 +171,13 @@ class Outline:
     line_gradient: Float64Array
     top_gradient: Float64Array
 
-    def by(self, chain: Float64Array) -> Outline:
-        """Return the outline with its derivatives by other values, given (M, K) those of its own by them."""
-        return replace(self, line_gradient=self.line_gradient @ chain, top_gradient=self.top_gradient @ chain)
-
     @property
-    def is_level(self) -> Mask:
-        """(P,) whether each piece is level, so that its height is what it tells."""
-        return np.asarray((self.surface == Surface.TREAD) | (self.surface == Surface.UNDERSIDE))
+    def arrays(self) -> OutlineArrays:
+        """All of it, as kernels take it."""
+        return self.surface, self.step, self.line, self.top, self.line_gradient, self.top_gradient
 
 
-def outline_of(profile: StairProfile, *, min_extent: float = 1e-9) -> Outline:
+def outline_of(profile: StairProfile, *, min_extent: float = LEAST_EXTENT) -> Outline:
     """Return what is seen of a profile.
 
     Along the profile, away from the camera, a surface is seen where its rays climb above all that came
@@ -181,174 +191,18 @@ def outline_of(profile: StairProfile, *, min_extent: float = 1e-9) -> Outline:
         Level surfaces between upright ones, seen edge-on over a smaller range of slopes than this, are left
         out: a sensor shows a jump there.
     """
-    pieces = _Pieces(profile)
-    if profile.run > 0:
-        pieces.add_ascending()
-    else:
-        pieces.add_descending()
-    return pieces.visible(min_extent)
-
-
-_RISER, _UNDERSIDE, _FRONT, _TREAD, _BEHIND = (int(surface) for surface in Surface)
-
-
-class _Pieces:
-    """All surfaces of a profile in the order in which a path away from the camera meets them."""
-
-    def __init__(self, profile: StairProfile) -> None:
-        n = profile.num_steps
-        self.profile = profile
-        self.s, self.z = profile.nosing_distances, profile.tread_heights
-        shape = (n + 1, 4)
-        self.surface = np.tile(np.arange(4), (n + 1, 1))
-        self.step = np.tile(np.arange(-1, n)[:, None], (1, 4))
-        self.end = np.full(shape, -np.inf)
-        self.line = np.zeros((*shape, 2))
-        self.line_gradient = np.zeros((*shape, 2, 2 * n + 6))
-        self.end_gradient = np.zeros((*shape, 2 * n + 6))
-        self.nosing = np.arange(n)
-        self.level = n + 1 + np.arange(-1, n)
-        self.overhang, self.thickness, self.rake, self.ground, self.slope = range(2 * n + 1, 2 * n + 6)
-
-    def add_ascending(self) -> None:
-        """Risers, undersides, fronts and treads of stairs that lead away from the camera upward."""
-        profile, s = self.profile, self.s
-        z, under = self.z[1:], self.z[1:] - profile.thickness
-        seen = s > MIN_FORWARD
-        near = np.maximum(s, MIN_FORWARD)
-        rows = np.arange(1, len(s) + 1)
-        is_above = under > 0
-        self._set_line(_FRONT, rows, 1.0 / near, 0.0)
-        self.line_gradient[rows, _FRONT, 0, self.nosing] = -1.0 / near**2
-        inverse = 1.0 / np.where(is_above, under, 1.0)
-        self._set_line(_UNDERSIDE, rows, 0.0, inverse)
-        self.line_gradient[rows, _UNDERSIDE, 1, self.level[1:]] = -(inverse**2)
-        self.line_gradient[rows, _UNDERSIDE, 1, self.thickness] = inverse**2
-        self._add_treads()
-        tread_end = np.append(self.z[:-1] / near, self.z[-1] / (near[-1] + profile.run))
-        if profile.is_open:
-            depth = profile.run + profile.overhang
-            self._set_line(_RISER, rows, 1.0 / (near + BEHIND_SHARE * profile.run), 0.0)
-            self.surface[rows, _RISER] = _BEHIND
-            riser_end = under / (near + depth)
-            tread_end[0] = self.z[0] / (near[0] + BEHIND_SHARE * profile.run)
-            tread_end[1:] = z / (near + depth)
-        else:
-            self._add_risers(rows)
-            riser = self.line[rows, _RISER]
-            riser_end = _crossing(riser, self.line[rows, _UNDERSIDE])
-            tread_end[:-1] = _crossing(self.line[:-1, _TREAD], riser)
-        # From above, the front's lower edge hides the top of the riser behind it.
-        self._set_end(_RISER, rows, np.where(is_above, riser_end, under / near), seen)
-        self._set_nosing_slope(rows[~is_above], _RISER, under, thickness=-1.0)
-        self._set_end(_UNDERSIDE, rows, under / near, seen & is_above)
-        self._set_nosing_slope(rows, _UNDERSIDE, under, thickness=-1.0)
-        self._set_end(_FRONT, rows, z / near, seen)
-        self._set_nosing_slope(rows, _FRONT, z, thickness=0.0)
-        # From high above, it also hides the back of the tread below.
-        hides = np.flatnonzero(seen & (under / near < tread_end[:-1]))
-        tread_end[hides] = under[hides] / near[hides]
-        self._set_end(_TREAD, np.append(0, rows), tread_end, self.z < 0)
-        self._set_nosing_slope(rows[hides], _TREAD, under, thickness=-1.0, before=1)
-
-    def add_descending(self) -> None:
-        """Treads of stairs that lead away from the camera downward: their risers face away."""
-        near = np.maximum(self.s, MIN_FORWARD)
-        self._add_treads()
-        rows = np.arange(1, len(near) + 1)
-        self._set_end(_TREAD, rows, self.z[1:] / near, (self.s > MIN_FORWARD) & (self.z[1:] < 0))
-        self._set_nosing_slope(rows, _TREAD, self.z[1:], thickness=0.0)
-        floor_end = self.z[:1] / (near[0] - self.profile.run)
-        self._set_end(_TREAD, np.zeros(1, dtype=np.int64), floor_end, self.z[:1] < 0)
-
-    def visible(self, min_extent: float) -> Outline:
-        """The pieces that nothing hides, and what follows the last one."""
-        order = slice(None) if self.profile.run > 0 else slice(None, None, -1)
-        end = self.end[order].reshape(-1)
-        highest = np.maximum.accumulate(np.concatenate([[-np.inf], end[:-1]]))
-        gradient = self.end_gradient[order].reshape(len(end), -1)
-        surface = self.surface[order].reshape(-1)
-        is_level = (surface == _TREAD) | (surface == _UNDERSIDE)
-        is_level &= self.profile.run > 0
-        is_seen = end > highest + np.where(is_level, min_extent, 1e-9)
-        # A riser then ends where the front before it begins.
-        under = np.flatnonzero((surface == _UNDERSIDE) & ~is_seen & np.isfinite(end))
-        end[under - 1], gradient[under - 1] = end[under], gradient[under]
-        chosen = np.flatnonzero(is_seen)
-        num_values = self.end_gradient.shape[-1]
-        last = len(self.s) - 1 if self.profile.run > 0 else 0
-        surface, line = surface[chosen], self.line[order].reshape(-1, 2)[chosen]
-        beyond = [1.0 / (max(self.s[last], MIN_FORWARD) + BEHIND_SHARE * abs(self.profile.run)), 0.0]
-        if len(chosen) and surface[-1] == _TREAD:
-            # The last level seen goes on for as long as nothing is known of its end.
-            beyond = line[-1].tolist()
-        return Outline(
-            surface=np.append(surface, _BEHIND).astype(np.int64),
-            step=np.append(self.step[order].reshape(-1)[chosen], last).astype(np.int64),
-            line=np.concatenate([line, [beyond]]),
-            top=np.append(end[chosen], np.inf),
-            line_gradient=np.concatenate(
-                [self.line_gradient[order].reshape(-1, 2, num_values)[chosen], np.zeros((1, 2, num_values))]
-            ),
-            top_gradient=np.concatenate([gradient[chosen], np.zeros((1, num_values))]),
-        )
-
-    def _add_risers(self, rows: IntArray) -> None:
-        rake, z = self.profile.rake, self.z[1:]
-        foot = np.maximum(self.s + self.profile.overhang + rake * z, 0.5 * MIN_FORWARD)
-        self._set_line(_RISER, rows, 1.0 / foot, rake / foot)
-        for value, by in ((self.nosing, 1.0), (self.overhang, 1.0), (self.level[1:], rake), (self.rake, z)):
-            self.line_gradient[rows, _RISER, 0, value] = -by / foot**2
-            self.line_gradient[rows, _RISER, 1, value] = -rake * by / foot**2
-        self.line_gradient[rows, _RISER, 1, self.rake] += 1.0 / foot
-
-    def _add_treads(self) -> None:
-        """Treads from -1, the floor, on."""
-        rows = np.arange(len(self.z))
-        profile = self.profile
-        climb = profile.direction * (profile.ground + np.where(rows > 0, profile.slope, 0.0))
-        # The floor's height is that where one more nosing would be.
-        s = np.append(self.s[0] - profile.run, self.s)
-        level = self.z - climb * s
-        inverse = 1.0 / np.where(np.abs(level) > 1e-3, level, -1e-3)
-        offset = -climb * inverse
-        self._set_line(_TREAD, rows, offset, inverse)
-        tread = _TREAD
-        self.line_gradient[rows, tread, 1, self.level] = -(inverse**2)
-        self.line_gradient[rows, tread, 0, self.level] = -offset * inverse
-        sign = profile.direction
-        nosing = np.append(0, self.nosing)
-        for value, by, direct in (
-            (nosing, -climb, 0.0),
-            (self.ground, -sign * s, sign),
-            (self.slope, np.where(rows > 0, -sign * s, 0.0), np.where(rows > 0, sign, 0.0)),
-        ):
-            self.line_gradient[rows, tread, 1, value] = -(inverse**2) * by
-            self.line_gradient[rows, tread, 0, value] = -(offset * by + direct) * inverse
-
-    def _set_line(
-        self, surface: int, rows: IntArray, a: Float64Array | float, b: Float64Array | float
-    ) -> None:
-        self.line[rows, surface, 0], self.line[rows, surface, 1] = a, b
-
-    def _set_end(self, surface: int, rows: IntArray, end: Float64Array, seen: Mask) -> None:
-        self.end[rows, surface] = np.where(seen, end, -np.inf)
-
-    def _set_nosing_slope(
-        self, rows: IntArray, surface: int, heights: Float64Array, *, thickness: float, before: int = 0
-    ) -> None:
-        """Derivatives of the slope of nosings, or of the lower edge of their fronts, where they end a surface
-        of their own row, or of so many rows before."""
-        step, ended = rows - 1, rows - before
-        s = np.maximum(self.s[step], MIN_FORWARD)
-        self.end_gradient[ended, surface, self.level[rows]] = 1.0 / s
-        self.end_gradient[ended, surface, self.nosing[step]] = -heights[step] / s**2
-        self.end_gradient[ended, surface, self.thickness] = thickness / s
-
-
-def _crossing(lower: Float64Array, upper: Float64Array) -> Float64Array:
-    """(N,) slopes at which (N, 2) lines meet."""
-    return np.asarray((upper[:, 0] - lower[:, 0]) / (lower[:, 1] - upper[:, 1]))
+    surface, step, line, top, line_gradient, top_gradient = trace_outline(
+        profile.nosing_distances,
+        profile.tread_heights,
+        SectionShape(
+            profile.run, profile.overhang, profile.thickness, profile.rake, profile.ground, profile.slope
+        ),
+        profile.is_open,
+        SectionLimits(MIN_FORWARD, BEHIND_SHARE, LEAST_LEVEL, LEAST_EXTENT, min_extent),
+    )
+    return Outline(
+        surface=surface, step=step, line=line, top=top, line_gradient=line_gradient, top_gradient=top_gradient
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -391,7 +245,7 @@ class Prediction:
     farthest
         Q from which on anything farther agrees as well, 1/m: 0 where the surface itself must be seen.
     gradient
-        (N, K + 1) derivatives of Q by the K values of the outline's derivatives, and by the shift of edges;
+        (N, M + 1) derivatives of Q by the M values of the outline's derivatives, and by the shift of edges;
         (N, 0) where it was not asked for.
     """
 
@@ -405,13 +259,15 @@ class Prediction:
     farthest: Float64Array
     gradient: Float64Array
 
+    @property
+    def table(self) -> TableArrays:
+        """What kernels compare rays with, where the slopes are evenly spaced."""
+        q, by_slope = self.inverse_distance, self.by_slope
+        return self.slope, q, by_slope, self.sensitivity, self.edge_spread, self.farthest
+
     def entries(self, slopes: Float64Array) -> IntArray:
         """Return which ray of an evenly spaced prediction is nearest to each of some slopes."""
-        if len(self.slope) < 2:
-            return np.zeros(slopes.shape, dtype=np.int64)
-        spacing = self.slope[1] - self.slope[0]
-        place = np.rint((slopes - self.slope[0]) / spacing)
-        return np.asarray(np.clip(place, 0, len(self.slope) - 1), dtype=np.int64)
+        return nearest_entries(self.slope, slopes)
 
     def expected(self, slopes: Float64Array, entries: IntArray) -> Float64Array:
         """Return Q of rays near some entries: between edges it is straight."""
@@ -444,66 +300,25 @@ def predict(
         How the camera shows edges.
     has_gradient
         Whether derivatives are wanted.
-
-    Notes
-    -----
-    A smoothed row of straight pieces is the pieces plus, at each border, the jump times the kernel's
-    integral and the change of slope times its second integral. The kernel is logistic, whose integrals
-    have closed forms.
     """
-    width = max(optics.smoothing * LOGISTIC_WIDTH, 1e-3) * optics.row_size
-    line, top = outline.line, outline.top[:-1]
-    jump = (line[1:, 0] - line[:-1, 0]) + (line[1:, 1] - line[:-1, 1]) * top
-    at_edge = np.maximum(line[1:, 0] + line[1:, 1] * top, line[:-1, 0] + line[:-1, 1] * top)
-    outward = np.where(np.abs(jump) > MIN_SHIFTED_JUMP * at_edge, -np.sign(jump), 0.0) * optics.row_size
-    border = top + optics.shift * outward
-    piece = np.searchsorted(np.maximum.accumulate(border), slopes, side="right")
-    value = line[piece, 0] + line[piece, 1] * slopes
-    by_slope = line[piece, 1].copy()
-    gradient = np.zeros((len(slopes), 0))
-    if has_gradient:
-        gradient = np.zeros((len(slopes), outline.top_gradient.shape[1] + 1))
-        gradient[:, :-1] = outline.line_gradient[piece, 0] + slopes[:, None] * outline.line_gradient[piece, 1]
-    sensitivity = np.where(outline.is_level[piece], np.abs(value * line[piece, 1]), value**2)
-    variance = np.zeros(len(slopes))
-    is_behind = outline.surface == Surface.BEHIND
-    farthest = np.where(is_behind[piece], value, 0.0)
-    blend = max(optics.smoothing / EDGE_PLACE_STD - 1.0, 0.0)
-    for side in (1, -1) if len(border) else ():
-        # The border above the piece, then the one below it; only rays near it feel the neighbour.
-        index = piece if side > 0 else piece - 1
-        has_border = (index >= 0) & (index < len(border))
-        offset = (slopes - border[index.clip(0, len(border) - 1)]) / width
-        rows = np.flatnonzero(has_border & (np.abs(offset) < MAX_OFFSET))
-        at, x = index[rows], side * offset[rows]
-        share = 1.0 / (1.0 + np.exp(-x))
-        ramp = np.log1p(np.exp(x))
-        kink = line[at + 1, 1] - line[at, 1]
-        steepness = jump[at] * share * (1 - share) / width
-        value[rows] += side * jump[at] * share + kink * width * ramp
-        by_slope[rows] += steepness + side * kink * share
-        variance[rows] += (steepness * EDGE_PLACE_STD * optics.row_size) ** 2
-        # How far a wide ramp falls is unknown where nothing is known of what lies behind.
-        either_behind = is_behind[at] | is_behind[at + 1]
-        variance[rows] += either_behind * blend * share * (1 - share) * jump[at] ** 2
-        other = at + 1 if side > 0 else at
-        limit = line[other, 0] + line[other, 1] * slopes[rows]
-        near = is_behind[other] & (np.abs(x) < NEAR_OFFSET)
-        farthest[rows] = np.where(near, np.maximum(farthest[rows], limit), farthest[rows])
-        if has_gradient:
-            change = side * (outline.line_gradient[at + 1] - outline.line_gradient[at])
-            gradient[rows, :-1] += share[:, None] * change[:, 0]
-            gradient[rows, :-1] += (share * top[at] + side * width * ramp)[:, None] * change[:, 1]
-            gradient[rows, :-1] -= steepness[:, None] * outline.top_gradient[at]
-            gradient[rows, -1] -= steepness * outward[at]
-    return Prediction(
-        slope=slopes,
-        surface=outline.surface[piece],
-        step=outline.step[piece],
-        inverse_distance=value,
-        by_slope=by_slope,
-        sensitivity=sensitivity,
-        edge_spread=np.sqrt(variance),
-        farthest=farthest,
-        gradient=gradient,
+    slopes = np.ascontiguousarray(slopes, dtype=np.float64)
+    edges = EdgeOptics(
+        row_size=optics.row_size,
+        width=max(optics.smoothing * LOGISTIC_WIDTH, LEAST_SMOOTHING) * optics.row_size,
+        shift=optics.shift,
+        place_std=EDGE_PLACE_STD * optics.row_size,
+        blend=max(optics.smoothing / EDGE_PLACE_STD - 1.0, 0.0),
+        min_shifted_jump=MIN_SHIFTED_JUMP,
+        max_offset=MAX_OFFSET,
+        near_offset=NEAR_OFFSET,
     )
+    surface, step, q, by_slope, sensitivity, edge_spread, farthest, gradient = predict_rays(
+        outline.arrays, slopes, edges, _KINDS, has_gradient
+    )
+    return Prediction(
+        slope=slopes, surface=surface, step=step, inverse_distance=q, by_slope=by_slope,
+        sensitivity=sensitivity, edge_spread=edge_spread, farthest=farthest, gradient=gradient,
+    )  # fmt: skip
+
+
+_KINDS = PieceKinds(int(Surface.BEHIND), int(Surface.TREAD), int(Surface.UNDERSIDE))

@@ -1,0 +1,133 @@
+// Compare rays with a tabulated prediction, and sum the normal equations of what they say together.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "kernels.hpp"
+
+namespace stairmap {
+
+namespace {
+
+struct Limits {
+    double told_noise, least_noise, most_noise, band, plain_share, band_sigma, min_rays, sigma_of_median,
+        surface_variance, tail, rays_per_sample, cost_std;
+};
+
+double median_of(std::vector<double> &values) {
+    const size_t middle = values.size() / 2;
+    std::nth_element(values.begin(), values.begin() + middle, values.end());
+    const double upper = values[middle];
+    if (values.size() % 2) return upper;
+    return 0.5 * (*std::max_element(values.begin(), values.begin() + middle) + upper);
+}
+
+}  // namespace
+
+nb::tuple sum_equations(nb::tuple rays, const std::array<double, 5> &view, nb::tuple table, nb::handle gradients,
+                        const std::array<double, 12> &limit_values) {
+    if (rays.size() != 3) refuse("rays: expected three arrays, got " + std::to_string(rays.size()));
+    if (table.size() != 6) refuse("table: expected six arrays, got " + std::to_string(table.size()));
+    Input<double, 1> ray_slope(rays[0], "rays[0]"), ray_bearing(rays[1], "rays[1]"), ray_q(rays[2], "rays[2]");
+    Input<double, 1> slope(table[0], "table[0]"), value(table[1], "table[1]"), by_slope(table[2], "table[2]"),
+        sensitivity(table[3], "table[3]"), spread(table[4], "table[4]"), farthest(table[5], "table[5]");
+    Input<double, 2> gradient(gradients, "gradients");
+    const size_t num_rays = ray_slope.size(), count = slope.size();
+    check_length(ray_bearing, "rays[1]", num_rays);
+    check_length(ray_q, "rays[2]", num_rays);
+    if (count == 0) refuse("table[0]: expected at least one ray, got none");
+    check_length(value, "table[1]", count);
+    check_length(by_slope, "table[2]", count);
+    check_length(sensitivity, "table[3]", count);
+    check_length(spread, "table[4]", count);
+    check_length(farthest, "table[5]", count);
+    check_length(gradient, "gradients", count);
+    if (gradient.shape(1) == 0) refuse("gradients: expected at least one column, got none");
+    const auto [told, least, most, band, plain_share, band_sigma, min_rays, sigma_of_median, surface_variance,
+                tail, rays_per_sample, cost_std] = limit_values;
+    const auto [tilt, roll, turn, low, high] = view;
+    // The profile's own values, the shift of edges, tilt; then roll and turn, which act by the bearing.
+    const size_t num_own = gradient.shape(1) - 1, num_level = num_own + 2, num_all = num_level + 2;
+    Output<double> matrix({num_all, num_all}), vector({num_all});
+    double noise = told, total = 0.0, cost = 0.0;
+    {
+        nb::gil_scoped_release release;
+        const double spacing = count > 1 ? slope[1] - slope[0] : 1.0;
+        std::vector<double> residual, bearing, plain_residual;
+        std::vector<size_t> entry;
+        residual.reserve(num_rays), bearing.reserve(num_rays), entry.reserve(num_rays);
+        plain_residual.reserve(num_rays);
+        for (size_t i = 0; i < num_rays; ++i) {
+            const double ahead = 1.0 - tilt * ray_slope[i] + turn * ray_bearing[i];
+            const double tau = (ray_slope[i] + tilt + roll * ray_bearing[i]) / ahead;
+            if (!(tau > low && tau < high)) continue;
+            const double place = std::nearbyint((tau - slope[0]) / spacing);
+            const size_t at =
+                count < 2 || !(place > 0) ? 0 : static_cast<size_t>(std::min(place, static_cast<double>(count - 1)));
+            const double expected = value[at] + by_slope[at] * (tau - slope[at]);
+            const double off = std::max(ray_q[i] / ahead, farthest[at]) - expected;
+            residual.push_back(off);
+            bearing.push_back((ray_bearing[i] - roll * ray_slope[i] - turn) / ahead);
+            entry.push_back(at);
+            const double near = band * sensitivity[at];
+            if (spread[at] < std::max(told, plain_share * near) && std::abs(off) < std::max(band_sigma * told, near))
+                plain_residual.push_back(std::abs(off));
+            const double ratio = off / (cost_std * sensitivity[at]), square = ratio * ratio;
+            cost += square / (1.0 + square / (tail * tail));
+        }
+        if (static_cast<double>(plain_residual.size()) >= min_rays)
+            noise = std::clamp(sigma_of_median * median_of(plain_residual), least, most);
+        // Rays of one entry share its derivatives: only the powers of their bearings differ.
+        std::vector<double> sums(5 * count, 0.0);
+        for (size_t i = 0; i < residual.size(); ++i) {
+            const size_t at = entry[i];
+            const double variance = noise * noise + surface_variance * sensitivity[at] * sensitivity[at] +
+                                    spread[at] * spread[at];
+            const double ratio = residual[i] * residual[i] / variance;
+            const double doubt = 1.0 + ratio / (tail * tail), robust = 1.0 / (doubt * doubt);
+            total += robust;
+            const double weight = robust / (variance * rays_per_sample), pull = weight * residual[i];
+            double *sum = &sums[5 * at];
+            sum[0] += weight;
+            sum[1] += weight * bearing[i];
+            sum[2] += weight * bearing[i] * bearing[i];
+            sum[3] += pull;
+            sum[4] += pull * bearing[i];
+        }
+        std::vector<double> row(num_all);
+        std::vector<size_t> used(num_all);
+        for (size_t at = 0; at < count; ++at) {
+            const double *sum = &sums[5 * at];
+            if (sum[0] == 0.0) continue;
+            const double *own = gradient.row(at);
+            const double tau = slope[at], q = value[at], by = by_slope[at];
+            size_t num_used = 0;
+            for (size_t k = 0; k <= num_own; ++k)
+                if (own[k] != 0.0) {
+                    row[num_used] = -own[k];
+                    used[num_used++] = k;
+                }
+            row[num_used] = q * tau - by * (1 + tau * tau);
+            used[num_used++] = num_own + 1;
+            const double lateral[2] = {-by, by * tau - q};
+            for (size_t i = 0; i < num_used; ++i) {
+                const double level = row[i];
+                double *line = matrix.data() + used[i] * num_all;
+                for (size_t j = 0; j <= i; ++j) line[used[j]] += level * sum[0] * row[j];
+                for (size_t side = 0; side < 2; ++side)
+                    matrix[(num_level + side) * num_all + used[i]] += level * sum[1] * lateral[side];
+                vector[used[i]] += level * sum[3];
+            }
+            for (size_t i = 0; i < 2; ++i) {
+                for (size_t j = 0; j <= i; ++j)
+                    matrix[(num_level + i) * num_all + num_level + j] += lateral[i] * sum[2] * lateral[j];
+                vector[num_level + i] += lateral[i] * sum[4];
+            }
+        }
+        for (size_t i = 0; i < num_all; ++i)
+            for (size_t j = 0; j < i; ++j) matrix[j * num_all + i] = matrix[i * num_all + j];
+    }
+    return nb::make_tuple(noise, total, matrix.object(), vector.object(), cost);
+}
+
+}  // namespace stairmap
