@@ -9,7 +9,13 @@ import pkgutil
 
 import pytest
 
-PACKAGES = ("stairmap.detection", "stairmap.modeling", "stairmap.navigation", "stairmap.export")
+PACKAGES = (
+    "stairmap.clouds",
+    "stairmap.detection",
+    "stairmap.modeling",
+    "stairmap.navigation",
+    "stairmap.export",
+)
 MODULES = ("stairmap.camera", "stairmap.frame", "stairmap.stairway", "stairmap.trajectory")
 
 

@@ -1,0 +1,1 @@
+"""Points without an image, from LiDAR sweeps and finished maps, to the stairs in them."""

@@ -1,0 +1,61 @@
+"""Fit regular steps to the places of single surfaces, some of which may be those of other things."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray
+
+SAME_LINE = 0.02
+"""Places that are off the median's line by less than this are of one line, m: slabs are thicker."""
+
+OUTLYING = 2.0
+"""Steps farther off the line than so many standard deviations count less."""
+
+IRREGULARITY = 0.004
+"""Standard deviation of the places of real steps off the regular ones, m."""
+
+MAX_CHANGE = 1.5
+"""Measuring changes rise and run of a candidate by less than this factor, or it was none."""
+
+NUM_ROUNDS = 6
+"""Rounds of weighting: the weights change by less than a hundredth after them."""
+
+
+def fit_line(
+    index: IntArray, place: Float64Array, std: Float64Array, known: tuple[float, float]
+) -> tuple[float, float]:
+    """Robust line place = start + index * step; what the places do not tell stays as it is known."""
+    if not len(index):
+        return known
+    step = known[1]
+    if np.ptp(index) == 0:
+        return float(np.mean(place - index * step)), step
+    step = _median_step(index, place, step)
+    total = np.hypot(std, IRREGULARITY)
+    # Where treads were seen from above and others from below only, the upper ones count.
+    start = place - index * step
+    near = np.abs(start[:, None] - start[None, :]) < SAME_LINE
+    number = near.sum(axis=1)
+    best = int(np.argmax(np.where(number == number.max(), start, -np.inf)))
+    start_of_all, used = float(start[best]), near[best]
+    if np.ptp(index[used]) == 0:
+        return start_of_all, step
+    index, place, total = index[used], place[used], total[used]
+    weight = 1.0 / total**2
+    for _ in range(NUM_ROUNDS):
+        mean_index, mean_place = np.average(index, weights=weight), np.average(place, weights=weight)
+        spread = np.average((index - mean_index) ** 2, weights=weight)
+        step = float(np.average((index - mean_index) * (place - mean_place), weights=weight) / spread)
+        start_of_all = float(mean_place - mean_index * step)
+        offset = np.abs(place - start_of_all - index * step) / total
+        weight = np.minimum(1.0, OUTLYING / np.maximum(offset, 1e-9)) / total**2
+    return start_of_all, step
+
+
+def _median_step(index: IntArray, place: Float64Array, known: float) -> float:
+    """Median of the steps between all pairs of neighbours."""
+    apart = np.diff(index)
+    steps = np.diff(place)[apart > 0] / apart[apart > 0]
+    steps = steps[(steps > known / MAX_CHANGE) & (steps < known * MAX_CHANGE)]
+    return float(np.median(steps)) if len(steps) else known

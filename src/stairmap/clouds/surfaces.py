@@ -1,0 +1,261 @@
+"""Measure single treads, risers and front edges of a flight near their places on a lattice.
+
+Each surface is a peak of the points in a small window: what else is in the window is not averaged in. A riser
+must end where its tread begins; a wall, which goes on above, is none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, IntArray, Mask
+
+TREAD_WINDOW = (0.2, 0.85)
+"""A tread is measured between these shares of a run behind its nosing: before it lies the blur of the
+nosing, behind it that of the next riser."""
+
+RISER_WINDOW = (0.2, 0.8)
+"""A riser is measured between these shares of the rise above the tread below."""
+
+SEARCH_HEIGHT, SEARCH_DISTANCE = 0.35, 0.30
+"""A tread is sought within this share of the rise of its place, a riser within this share of the run."""
+
+CORE = 3.0
+"""Points within so many standard deviations of the noise of a surface are on it ..."""
+
+MIN_CORE = 0.008
+"""... and those within this, m: scans err by millimetres in common."""
+
+BIN = 0.05
+"""A surface is covered where each piece of this width across the stairs holds a point, m."""
+
+MIN_COVER = 0.35
+"""Share of the width over which a surface must be covered to count as seen."""
+
+COMMON_ERROR = 0.0015
+"""Standard deviation of a surface's place that more points do not make smaller, m."""
+
+POINTS_PER_SAMPLE = 4.0
+"""Points that count as one independent measurement: neighbours in a scan err in common."""
+
+WALL_SHARE = 0.6
+"""What is covered above the tread in this share of what the riser is goes on upward: a wall."""
+
+WALL_HEIGHT = (0.06, 0.40)
+"""Between these heights above a tread a wall is looked for, m: below handrails' bars."""
+
+FRONT_REACH = 0.12
+"""A tread's front edge is sought so far before its place, m ..."""
+
+FRONT_INNER, FRONT_END = 0.3, 0.7
+"""... and points up to the first share of a run behind it are set against those from there to the second."""
+
+PEAK_BIN = 0.004
+"""Points are counted in bins as wide as the noise, or this, m."""
+
+PEAK_WIDTH, MIN_PEAK_WIDTH = 1.5, 0.006
+"""A surface is the mean of the points within so many standard deviations of the noise of it, or this, m."""
+
+OUTER_SHARE = 0.4
+"""The outermost surface that has this share of the points of the fullest one is the one that counts."""
+
+MIN_RISER_HEIGHT = 0.035
+"""A riser reaches over more height than this, m: a third of the lowest, in its window."""
+
+MIN_POINTS = 3
+"""Fewest points that make a surface."""
+
+MIN_FRONT_POINTS = 10
+"""Fewest points on a tread that tell its density."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Strip:
+    """Points of a flight within some width, in its axes and sorted along them.
+
+    Attributes
+    ----------
+    points
+        (N, 3) s, t, z, m, by s.
+    sides
+        Right and left end, t in m.
+    noise
+        Standard deviation of a point, m.
+    """
+
+    points: Float64Array
+    sides: tuple[float, float]
+    noise: float
+
+    @classmethod
+    def between(cls, local: Float64Array, sides: tuple[float, float], noise: float) -> Strip:
+        """Cut a strip out of (N, 3) points in the flight's axes."""
+        inside = local[(local[:, 1] > sides[0]) & (local[:, 1] < sides[1])]
+        return cls(points=inside[np.argsort(inside[:, 0])], sides=sides, noise=noise)
+
+    @property
+    def core(self) -> float:
+        """How far a point on a surface may lie off it, m."""
+        return max(CORE * self.noise, MIN_CORE)
+
+    def box(self, along: tuple[float, float], up: tuple[float, float]) -> Float64Array:
+        """Return the points between two distances and two heights, m."""
+        first, last = np.searchsorted(self.points[:, 0], along)
+        part = self.points[first:last]
+        return np.asarray(part[(part[:, 2] > up[0]) & (part[:, 2] < up[1])])
+
+    def cover(self, points: Float64Array) -> float:
+        """Return the share of the pieces across that hold one of these points."""
+        width = self.sides[1] - self.sides[0]
+        num = max(int(width / BIN), 1)
+        piece = ((points[:, 1] - self.sides[0]) / width * num).astype(np.int64).clip(0, num - 1)
+        return float(len(np.unique(piece)) / num)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepLattice:
+    """Where nosing 0 lies, and the steps from one nosing to the next, m."""
+
+    distance: float
+    height: float
+    run: float
+    rise: float
+
+    def nosing(self, index: IntArray | int) -> Float64Array:
+        """Distance of nosings."""
+        return np.asarray(self.distance + self.run * index)
+
+    def level(self, index: IntArray | int) -> Float64Array:
+        """Height of the treads behind nosings; -1 is the floor before the first."""
+        return np.asarray(self.height + self.rise * index)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surfaces:
+    """Surfaces of one kind, measured one by one; all arrays are (K,).
+
+    Attributes
+    ----------
+    place
+        Height of treads, distance of risers or fronts, m; NaN where not seen.
+    std
+        Its standard deviation, m; infinite where not seen.
+    cover
+        Share of the width over which it was seen.
+    """
+
+    place: Float64Array
+    std: Float64Array
+    cover: Float64Array
+
+    @property
+    def is_seen(self) -> Mask:
+        """(K,) which were seen over enough of the width."""
+        return np.asarray((self.cover >= MIN_COVER) & np.isfinite(self.place))
+
+
+def measure_treads(strip: Strip, lattice: StepLattice, index: IntArray) -> Surfaces:
+    """Measure the height of each level near its place."""
+    reach = SEARCH_HEIGHT * lattice.rise
+    results = []
+    for k in index.tolist():
+        s, z = float(lattice.nosing(k)), float(lattice.level(k))
+        along = (s + TREAD_WINDOW[0] * lattice.run, s + TREAD_WINDOW[1] * lattice.run)
+        results.append(_find_surface(strip, strip.box(along, (z - reach, z + reach)), axis=2, is_last=True))
+    return _stacked(results)
+
+
+def measure_risers(strip: Strip, lattice: StepLattice, index: IntArray) -> Surfaces:
+    """Measure the distance of each riser near its place."""
+    reach = SEARCH_DISTANCE * lattice.run
+    results = []
+    for k in index.tolist():
+        s, below = float(lattice.nosing(k)), float(lattice.level(k - 1))
+        up = (below + RISER_WINDOW[0] * lattice.rise, below + RISER_WINDOW[1] * lattice.rise)
+        place, std, cover = _find_surface(strip, strip.box((s - reach, s + reach), up), axis=0, is_last=False)
+        top = below + lattice.rise
+        if cover > 0:
+            core = strip.core
+            wall = strip.box((place - core, place + core), (top + WALL_HEIGHT[0], top + WALL_HEIGHT[1]))
+            if strip.cover(wall) > WALL_SHARE * cover:
+                place, std, cover = np.nan, np.inf, 0.0
+        results.append((place, std, cover))
+    return _stacked(results)
+
+
+def measure_fronts(strip: Strip, lattice: StepLattice, index: IntArray) -> Surfaces:
+    """Measure where each tread begins, by counting: points before a line, over the density behind it.
+
+    Noise moves as many points out over an edge as in; the count does not feel it. The face below the edge is
+    counted just under the tread and taken off.
+    """
+    band = strip.core
+    results = []
+    for k in index.tolist():
+        s, z = float(lattice.nosing(k)), float(lattice.level(k))
+        near = strip.box((s - FRONT_REACH, s + FRONT_END * lattice.run), (z - 3 * band, z + band))
+        inner = s + FRONT_INNER * lattice.run
+        is_on = near[:, 2] > z - band
+        is_before = near[:, 0] <= inner
+        num_behind = np.count_nonzero(is_on & ~is_before)
+        if num_behind < MIN_FRONT_POINTS:
+            results.append((np.nan, np.inf, 0.0))
+            continue
+        density = num_behind / ((FRONT_END - FRONT_INNER) * lattice.run)
+        face = 0.5 * np.count_nonzero(~is_on & is_before)
+        num_before = np.count_nonzero(is_on & is_before)
+        std = float(np.hypot(np.sqrt(num_before + face) / density, 2 * COMMON_ERROR + 0.5 * strip.noise))
+        results.append((inner - max(num_before - face, 0.0) / density, std, strip.cover(near[is_on])))
+    return _stacked(results)
+
+
+def goes_on(strip: Strip, along: tuple[float, float], height: float) -> bool:
+    """Whether a level is seen between two distances as well."""
+    band = max(strip.core, 0.02)
+    return strip.cover(strip.box(along, (height - band, height + band))) >= MIN_COVER
+
+
+def _find_surface(
+    strip: Strip, inside: Float64Array, *, axis: int, is_last: bool
+) -> tuple[float, float, float]:
+    """Place, standard deviation and cover of the outermost surface along an axis.
+
+    Of two surfaces, the back or underside of thin steps being the other, the outer one counts: the last along
+    the axis, or the first.
+    """
+    nothing = (float("nan"), float("inf"), 0.0)
+    if len(inside) < MIN_POINTS:
+        return nothing
+    values = inside[:, axis] if is_last else -inside[:, axis]
+    size = max(strip.noise, PEAK_BIN)
+    low = values.min()
+    counts = np.bincount(((values - low) / size).astype(np.int64)).astype(np.float64)
+    smooth = np.convolve(counts, [1.0, 1.0, 1.0], mode="same")
+    is_peak = (smooth >= OUTER_SHARE * smooth.max()) & (smooth >= np.append(smooth[1:], 0.0))
+    half = max(PEAK_WIDTH * strip.noise, MIN_PEAK_WIDTH)
+    for peak in np.flatnonzero(is_peak)[::-1].tolist():
+        middle = float(low + (peak + 0.5) * size)
+        for _ in range(4):
+            is_on = np.abs(values - middle) < half
+            if np.count_nonzero(is_on) < MIN_POINTS:
+                break
+            middle = float(values[is_on].mean())
+        is_on = np.abs(values - middle) < half
+        num = np.count_nonzero(is_on)
+        cover = strip.cover(inside[is_on]) if num >= MIN_POINTS else 0.0
+        if cover >= MIN_COVER and (is_last or _is_upright(inside[is_on, 2])):
+            std = float(values[is_on].std()) / np.sqrt(max(num / POINTS_PER_SAMPLE, 1.0))
+            return middle if is_last else -middle, float(np.hypot(std, COMMON_ERROR)), cover
+    return nothing
+
+
+def _is_upright(height: Float64Array) -> bool:
+    """Whether points reach over a height as those of a riser do, rather than lie on a level."""
+    return bool(np.ptp(height) > MIN_RISER_HEIGHT)
+
+
+def _stacked(results: list[tuple[float, float, float]]) -> Surfaces:
+    place, std, cover = np.array(results, dtype=np.float64).reshape(-1, 3).T
+    return Surfaces(place=place, std=std, cover=cover)

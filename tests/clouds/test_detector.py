@@ -1,0 +1,71 @@
+"""Flights of stairs in points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sampled_clouds import sampled_scene
+from stairmap.clouds.detector import detect_points
+from stairmap.transforms import rotation_from_vector
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def test_a_flight_is_measured_to_millimetres() -> None:
+    points, (truth,) = sampled_scene("free_standing")
+
+    (seen,) = detect_points(points, up=UP).observations
+
+    assert seen.rise == pytest.approx(truth.rise, abs=0.002)
+    assert seen.run == pytest.approx(truth.run, abs=0.002)
+    assert seen.width == pytest.approx(truth.width, abs=0.02)
+    assert seen.num_steps == truth.num_risers
+    assert seen.forward == pytest.approx(truth.forward, abs=0.01)
+    assert seen.floor_seen
+
+
+def test_edges_lie_on_the_nosings() -> None:
+    points, (truth,) = sampled_scene("free_standing")
+
+    (seen,) = detect_points(points, up=UP).observations
+
+    edges = np.array([edge.nosing for edge in seen.edges])
+    middles, true_middles = edges.mean(axis=1), truth.edges().mean(axis=1)
+    assert middles[:, [0, 2]] == pytest.approx(true_middles[:, [0, 2]], abs=0.01)
+    # 14 points of each 40 mm of a step tell its own end to 20 mm.
+    assert middles[:, 1] == pytest.approx(true_middles[:, 1], abs=0.05)
+    assert [edge.step_index for edge in seen.edges] == list(range(truth.num_risers))
+
+
+def test_the_answer_turns_with_the_points() -> None:
+    points, _ = sampled_scene("free_standing")
+    turn = rotation_from_vector(np.array([1.2, -0.4, 0.3]))
+    shift = np.array([3.0, -2.0, 40.0])
+    (level,) = detect_points(points, up=UP).observations
+
+    (turned,) = detect_points(points @ turn.T + shift, up=turn @ UP).observations
+
+    assert turned.rise == pytest.approx(level.rise, abs=0.001)
+    assert turned.run == pytest.approx(level.run, abs=0.001)
+    assert turned.up == pytest.approx(turn @ UP)
+    expected = np.array([edge.nosing.mean(axis=0) for edge in level.edges]) @ turn.T + shift
+    assert np.array([edge.nosing.mean(axis=0) for edge in turned.edges]) == pytest.approx(expected, abs=0.015)
+
+
+@pytest.mark.parametrize("name", ["bookshelf", "ramp", "pallets", "railing", "ladder"])
+def test_look_alikes_are_no_stairs(name: str) -> None:
+    points, _ = sampled_scene(name, density=800.0)
+
+    assert not detect_points(points, up=UP).observations
+
+
+def test_few_points_are_refused_with_the_reason() -> None:
+    detection = detect_points(np.zeros((10, 3)), up=UP)
+
+    assert not detection
+    assert str(detection.rejections[0]) == "min_points: 10, limit 100"
+
+
+def test_equal_points_are_no_stairs() -> None:
+    assert not detect_points(np.ones((500, 3)), up=UP)
