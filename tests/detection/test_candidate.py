@@ -169,6 +169,28 @@ def test_four_low_steps_that_few_rows_show_are_not_rejected_for_the_steps_they_h
     assert detection
 
 
+@pytest.mark.parametrize(
+    ("num", "rise", "run", "distance", "height", "azimuth", "ahead"),
+    [
+        (8, 0.1686, 0.2802, 2.6, 1.224, -0.219, 4.671),
+        (6, 0.194, 0.32, 2.0, 0.7, -0.12, 4.35),
+        (5, 0.17, 0.28, 1.1, 1.05, 0.1, 2.9),
+    ],
+    ids=["a tenth of the rays through risers", "three tenths", "a fiftieth past the last slab"],
+)
+def test_slabs_that_let_one_look_through_where_risers_should_be_are_stairs_of_all_their_steps(
+    num: int, rise: float, run: float, distance: float, height: float, azimuth: float, ahead: float
+) -> None:
+    slabs = [
+        make_block([run * k - 0.02, -0.6, rise * (k + 1) - 0.04], [run * (k + 1), 0.6, rise * (k + 1)])
+        for k in range(num)
+    ]
+    pose = pose_towards((0.6, 0.0, 0.5), distance=distance, height=height, azimuth=azimuth)
+    detection = detect(*slabs, room(ahead=ahead), pose=pose)
+    assert [observation.num_steps for observation in detection.observations] == [num]
+    assert detection.observations[0].rise == pytest.approx(rise, abs=0.003)
+
+
 def steps_turned_by(angles_deg: list[float]) -> list[TriangleMesh]:
     """Steps of 0.17 m by 0.28 m, the front of each turned about its middle."""
     steps = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from solid_scenes import frame_of, pose_towards, room, stairs_solid
 from stairmap.arrays import Transform
 from stairmap.camera import PinholeCamera
 from stairmap.config import Config
+from stairmap.detection import detector
+from stairmap.detection.candidate import Candidate, examine
 from stairmap.detection.detector import StairEdgeDetector
-from stairmap.detection.observation import Detection, StairObservation
+from stairmap.detection.observation import Detection, Rejection, StairObservation
 from stairmap.frame import DepthFrame
 from stairmap.simulation.rooms import make_railing
 from stairmap.simulation.scenes import make_scene
@@ -391,3 +394,46 @@ def test_every_edge_says_how_sure_its_own_place_is() -> None:
     assert (stds > 0).all()
     assert (stds < 0.006).all()
     assert all(edge.num_pixels >= 16 for edge in observation.edges)
+
+
+def rejected(*rules: tuple[str, float]) -> tuple[Rejection, ...]:
+    return tuple(Rejection(rule=rule, measured=measured, limit=3.0, unit="1") for rule, measured in rules)
+
+
+WINDS = rejected(("min_steps", 0), ("max_turn", 25.0))
+
+
+@pytest.mark.parametrize(
+    ("rejections", "more_steps", "is_kept"),
+    [
+        (WINDS, 1, False),
+        (WINDS, -1, True),
+        (rejected(("min_steps", 2), ("max_turn", 25.0)), 1, True),
+        (rejected(("min_steps", 0), ("max_see_through", 0.4)), 1, True),
+        (rejected(("max_turn", 25.0)), 1, True),
+    ],
+    ids=["all steps turned", "fewer steps", "some steps turned", "no steps for another reason", "turned"],
+)
+def test_what_winds_keeps_its_part_of_the_image_before_stairs_of_fewer_steps(
+    monkeypatch: pytest.MonkeyPatch, rejections: tuple[Rejection, ...], more_steps: int, is_kept: bool
+) -> None:
+    # The same stairs once more, rejected for some reason.
+    def examine_twice(*what: Any) -> Candidate:
+        candidate = examine(*what)
+        others.append(
+            replace(candidate, observation=None, rejections=rejections, score=candidate.score + more_steps)
+        )
+        return candidate
+
+    def along(look: Any, angle: float) -> list[Candidate]:
+        return [*plain(look, angle), *others]
+
+    others: list[Candidate] = []
+    plain = detector._Look.along
+    monkeypatch.setattr(detector, "examine", examine_twice)
+    monkeypatch.setattr(detector._Look, "along", along)
+    detection = detect(frame_before(FROM_ABOVE))
+    assert others
+    assert len(detection.observations) == is_kept
+    if not is_kept:
+        assert detection.rejections == rejections

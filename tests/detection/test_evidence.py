@@ -377,3 +377,53 @@ def test_all_rays_hold_those_without_a_measurement() -> None:
     assert third.row.tolist() == [0, 0, 3, 3, 6, 6]
     assert third.strip.tolist() == [0, 3] * 3
     np.testing.assert_allclose(third.slope, slope[[0, 0, 3, 3, 6, 6]])
+
+
+@pytest.mark.parametrize(("low", "high", "is_told"), [(0.65, 0.78, True), (0.82, 1.4, False)])
+@pytest.mark.parametrize("profile", [UP, DOWN], ids=["up", "down"])
+def test_a_surface_is_followed_over_0p8_rises_or_runs_beyond_its_nosing(
+    profile: StairProfile, low: float, high: float, is_told: bool
+) -> None:
+    # A piece of the wall, or floor, that would go on beyond the last nosing in view.
+    rays = measure(profile, slopes=(-1.6, 0.4), noise=0.0)
+    step = 4 if profile.run > 0 else 0
+    s, z = profile.nosing_distances[step], profile.tread_heights[step + 1]
+    beyond = (
+        (rays.slope * s - z) / profile.rise if profile.run > 0 else (z / rays.slope - s) / abs(profile.run)
+    )
+    surface = 1.0 / s if profile.run > 0 else rays.slope / z
+    piece = (beyond > low) & (beyond < high)
+    assert piece.any()
+    evidence = evidence_of(where(rays, piece, surface), profile, noise=1e-4)
+    assert (evidence.continued[0, step] > 0) == is_told
+
+
+@pytest.mark.parametrize(("sigmas", "is_told"), [(1.4, False), (1.7, True)])
+def test_a_ray_tells_whether_a_surface_goes_on_where_that_makes_1p5_standard_deviations(
+    sigmas: float, is_told: bool
+) -> None:
+    # Of the last step, where a riser that goes on and the level behind it differ most.
+    rays = measure(UP, slopes=(-1.6, 0.4), noise=0.0)
+    s, z = UP.nosing_distances[-1], UP.tread_heights[-1]
+    behind = fitted(UP).predict(rays.slope)
+    expected = behind.expected(rays.slope, behind.entries(rays.slope))
+    above = (rays.slope > z / s) & (rays.slope < (z + 0.8 * UP.rise) / s)
+    # Told by what the rays meet, not by what is foretold to be behind.
+    most = float((1.0 / s - np.maximum(expected, behind.farthest[behind.entries(rays.slope)]))[above].max())
+    evidence = evidence_of(where(rays, above, 1.0 / s), UP, noise=most / sigmas)
+    assert (evidence.continued[0, -1] + evidence.ended[0, -1] > 0) == is_told
+
+
+@pytest.mark.parametrize(("share", "is_inside"), [(0.02, False), (0.05, True)])
+def test_a_few_rays_in_a_hundred_beside_the_stairs_do_not_widen_them(share: float, is_inside: bool) -> None:
+    # One more strip far aside, of which hardly a ray was measured.
+    rays = measure(UP, bearings=np.append(0.6, np.linspace(0.3, -0.3, 14)))
+    aside = rays.bearing > 0.5
+    towards_step = np.zeros(len(rays.slope), bool)
+    for step in range(5):
+        chosen = np.flatnonzero(towards(rays, UP, FACE, step) & aside)
+        total = np.count_nonzero(towards(rays, UP, FACE, step) & ~aside)
+        towards_step[chosen[: round(share * total)]] = True
+    evidence = evidence_of(where(rays, aside & ~towards_step, 0.0), UP)
+    assert (evidence.unmeasured.sum() > 20) == is_inside
+    assert (evidence.unmeasured.sum() == 0) == (not is_inside)

@@ -292,3 +292,50 @@ def test_steps_that_are_not_level_with_each_other_are_weighed_by_their_strips() 
     best = lattices_of(*nosings)[0]
     plain = np.polyfit(np.arange(4), 1.2 + 0.28 * np.arange(4) + [0, 0, 0, 0.02], 1)[0]
     assert 0.28 < best.run < plain
+
+
+EXACT = 1e-7
+"""Noise that adds nothing to a limit, 1/m."""
+
+
+def strayed(num: int, *, forward: float = 0.0, up: float = 0.0) -> Float64Array:
+    """So many nosings, and one more that lies off its place."""
+    last = nosings_of([num])
+    last[:, 0] += forward
+    last[:, 1] += up
+    return np.concatenate([nosings_of(range(num)), last])
+
+
+@pytest.mark.parametrize(("off", "is_inlier"), [(0.078, True), (0.083, False)])
+def test_the_middle_of_three_nosings_lies_within_35_mm_and_a_share_for_each_step(
+    off: float, is_inlier: bool
+) -> None:
+    # Its distance is off by half from the middle of the others: 35 mm and 15 % of them for one step away.
+    assert len(lattices_of(strayed(2, forward=off), noise=EXACT)[0].indices) == (3 if is_inlier else 2)
+
+
+@pytest.mark.parametrize(("off", "is_inlier"), [(0.055, True), (0.060, False)])
+def test_the_middle_of_three_nosings_lies_within_25_mm_and_a_share_of_its_height(
+    off: float, is_inlier: bool
+) -> None:
+    assert len(lattices_of(strayed(2, up=off), noise=EXACT)[0].indices) == (3 if is_inlier else 2)
+
+
+@pytest.mark.parametrize(
+    ("forward", "up", "is_inlier"),
+    [(0.079, 0.0, True), (0.085, 0.0, False), (0.0, 0.048, True), (0.0, 0.052, False)],
+)
+def test_errors_grow_by_15_percent_a_step_but_no_more_than_twice_in_height(
+    forward: float, up: float, is_inlier: bool
+) -> None:
+    # Nine steps away 35 mm grow to 82 mm, 25 mm to 50 mm and no farther.
+    best = lattices_of(strayed(9, forward=forward, up=up), noise=EXACT)[0]
+    assert (9 in best.indices.tolist()) == is_inlier
+
+
+@pytest.mark.parametrize(("off", "is_inlier"), [(0.192, True), (0.199, False)])
+def test_noise_adds_50_mm_at_most_to_where_a_nosing_may_lie(off: float, is_inlier: bool) -> None:
+    groups = grouped(strayed(2, forward=off))
+    # Rises below 0.15 m would let the three be a lattice with a missed step.
+    best = find_lattices(groups, EnvelopeConfig(min_rise=0.16), noise=0.2)[0]
+    assert len(best.indices) == (3 if is_inlier else 2)

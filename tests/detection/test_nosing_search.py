@@ -203,6 +203,45 @@ def test_a_nosing_that_overhangs_is_still_a_crease() -> None:
     assert np.abs(found - [1.5, -0.5]).max(axis=1).min() < 0.05
 
 
+@pytest.mark.parametrize(("gap", "is_wall"), [(0.15, True), (0.25, False)])
+def test_the_ramp_that_a_sensor_makes_of_a_jump_bends_once(gap: float, is_wall: bool) -> None:
+    # Lines through pieces of the ramp are more than 70 mm apart, or bend where nothing does.
+    level = -0.5 * (1.5 + gap) / 1.5
+    wall = ((1.5 + gap, level - 0.5), (1.5 + gap, level + 0.5))
+    tread = ((1.5 + gap, level), (3.0, level))
+    elevation = scan([((1.5, -2.0), (1.5, -0.5)), wall if is_wall else tread], num_strips=1)
+    q = np.convolve(np.pad(elevation.inverse_distance[:, 0], 3, mode="edge"), np.ones(3) / 3, mode="same")
+    corners = find_corners(replace(elevation, inverse_distance=q[3:-3, None]), noise=1e-4)
+    assert np.count_nonzero(~corners.is_jump) == 1
+
+
+def crease_of_height(distance: float, height: float) -> Float64Array:
+    """Creases of a riser of which only this much was measured, and the tread behind it."""
+    profile = [((distance, -2.0), (distance, -0.5)), ((distance, -0.5), (distance + 2.0, -0.5))]
+    elevation = scan(profile, num_strips=1)
+    z = elevation.slope * distance
+    q = np.where((z < -0.5 - height)[:, None], 0.0, elevation.inverse_distance)
+    corners = find_corners(replace(elevation, inverse_distance=q), noise=1e-4)
+    return places(corners, ~corners.is_jump)
+
+
+@pytest.mark.parametrize(("distance", "rows"), [(1.3, 6), (2.0, 4), (2.6, 4)])
+def test_seven_tenths_of_60_mm_of_a_surface_tell_its_inclination(distance: float, rows: int) -> None:
+    # Whatever the distance: 60 mm are 9, 6 and 5 rows there, of which one may lie on the tread.
+    assert rows == round(0.7 * round(0.06 / (ROW * distance)))
+    assert len(crease_of_height(distance, (rows - 0.5) * ROW * distance)) == 1
+    assert len(crease_of_height(distance, (rows - 1.5) * ROW * distance)) == 0
+
+
+@pytest.mark.parametrize(("share", "is_found"), [(0.93, True), (1.07, False)])
+def test_a_crease_whose_angle_is_known_to_14_degrees_counts(share: float, is_found: bool) -> None:
+    # Six rows at 2 m: the inclination of a line through them, of noise 1, is off by the square root of 12/6³.
+    limit = np.radians(14.0) * ROW * 0.5 / np.sqrt(12.0 / 6**3)
+    elevation = scan([((2.0, -2.0), (2.0, -0.5)), ((2.0, -0.5), (4.0, -0.5))], num_strips=1)
+    corners = find_corners(elevation, noise=share * limit)
+    assert bool(np.any(~corners.is_jump)) == is_found
+
+
 def test_surfaces_that_are_far_apart_do_not_meet_in_a_crease() -> None:
     # A riser, and a tread that begins 0.2 m behind it.
     apart = [((1.5, -2.0), (1.5, -0.7)), ((1.7, -0.7), (3.0, -0.7))]

@@ -413,3 +413,52 @@ def test_headings_across_the_view_are_left_out(aside_deg: float, is_found: bool)
         aside = rotation_from_vector([0.0, sign * np.radians(aside_deg), 0.0]) @ AHEAD
         found = find_headings(of_normals((aside, 300)), -DOWNWARD, max_headings=2)
         assert bool(found) == is_found
+
+
+def weighed_turn(
+    turn: float, std: float, num_level: int, *, num_walls: int = 0, lean: float = 0.0
+) -> tuple[float, float]:
+    """How far up must turn about a level axis, and its standard deviation, rad: Bayes' rule on a grid.
+
+    The ground's normal is turned by ``turn``; walls, which tell the same turn, lean by ``lean``.
+    """
+    angles = np.radians(np.linspace(-8.0, 8.0, 20001))
+    sample = np.radians(1.5) ** 2 * 15.0
+    # 85 % of floors are level to 0.15 degrees, the others slope by 1.2 (standard deviations). The turn about
+    # the other axis is 0, and tells the same of each.
+    ground = np.zeros(len(angles))
+    for share, slope in ((0.85, np.radians(0.15)), (0.15, np.radians(1.2))):
+        variance = sample / num_level + slope**2
+        other = 1.0 / (std**2 + variance)
+        ground += share / np.sqrt(variance) * np.sqrt(other) * np.exp(-0.5 * (turn - angles) ** 2 / variance)
+    density = ground * np.exp(-0.5 * angles**2 / std**2)
+    if num_walls:
+        # A degree is common to all walls and risers in view.
+        density *= np.exp(-0.5 * (angles - lean) ** 2 / (sample / num_walls + np.radians(1.0) ** 2))
+    density /= density.sum()
+    mean = float(density @ angles)
+    return mean, float(np.sqrt(density @ (angles - mean) ** 2))
+
+
+@pytest.mark.parametrize("std_deg", [0.4, 1.0, 2.0])
+@pytest.mark.parametrize("turn_deg", [0.3, 0.8, 1.5])
+def test_level_and_sloping_ground_are_weighed_by_how_common_they_are(turn_deg: float, std_deg: float) -> None:
+    turned_ground = rotation_from_vector([0.0, 0.0, np.radians(turn_deg)]) @ DOWNWARD
+    surfaces = of_normals((turned_ground, 1500))
+    found = correct(surfaces, -DOWNWARD, np.radians(std_deg))
+    expected, std = weighed_turn(np.radians(turn_deg), np.radians(std_deg), 1500)
+    assert degrees_between(found.up, -DOWNWARD) == pytest.approx(np.degrees(expected), abs=0.03)
+    assert np.degrees(std) * 0.6 < np.degrees(found.std) < np.degrees(std) * 1.1
+
+
+@pytest.mark.parametrize("lean_deg", [0.0, 1.5])
+def test_walls_and_risers_of_a_view_are_upright_to_a_degree_together(lean_deg: float) -> None:
+    # The ground is turned by 1.5 degrees about the optical axis; walls to the left show that turn of up.
+    aside = np.array([1.0, 0.0, 0.0])
+    lean = rotation_from_vector([0.0, 0.0, np.radians(lean_deg)])
+    ground = rotation_from_vector([0.0, 0.0, np.radians(1.5)]) @ DOWNWARD
+    surfaces = of_normals((ground, 1000), (lean @ aside, 1000))
+    found = correct(surfaces, -DOWNWARD, GIVEN_UP_STD)
+    measured = angle_between(found.ground, -DOWNWARD)
+    mean, _ = weighed_turn(measured, GIVEN_UP_STD, 1000, num_walls=1000, lean=np.radians(lean_deg))
+    assert degrees_between(found.up, -DOWNWARD) == pytest.approx(np.degrees(mean), abs=0.03)

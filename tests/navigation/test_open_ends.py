@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from stairmap.navigation.floors import find_floors
 from stairmap.navigation.footprints import make_keepout_mask
-from stairmap.navigation.portals import make_portal
+from stairmap.navigation.portals import Portal, make_portal
 from stairmap.navigation.robot_profile import load_robot
 from stairmap.trajectory import Trajectory
 from walkable_stairways import make_flight, make_stairway
@@ -104,6 +104,14 @@ def test_a_portal_tells_which_of_its_ends_nobody_saw():
         (note,) = portal.notes
         assert f"stairway 1: nobody saw its {name} end" in note
         assert portal.to_dict()["open_ends"] == {"lower": name == "lower", "upper": name == "upper"}
+
+
+def test_an_end_of_a_portal_of_which_nothing_is_said_is_open():
+    seen = portal_of(make_stairway(make_flight(rise=0.17)))
+    told = {field.name: getattr(seen, field.name) for field in fields(seen)}
+    unsaid = {name: value for name, value in told.items() if name not in ("is_lower_open", "is_upper_open")}
+    assert Portal(**unsaid).to_dict()["open_ends"] == {"lower": True, "upper": True}
+    assert Portal(**told).to_dict()["open_ends"] == {"lower": False, "upper": False}
 
 
 def test_ground_beyond_an_end_that_nobody_saw_is_forbidden_where_stairs_may_go_on():
