@@ -70,8 +70,8 @@ class Portal:
     assessment
         Whether the robot can climb it.
     is_lower_open, is_upper_open
-        Whether nobody saw that end, which is held of an end as long as nothing is said: the stairs may go on, so
-        its staging pose may lie on steps, and length, height and cost are at least what is said.
+        Whether nobody saw that end, as is held of ends of which nothing is said: the stairs may go on, so its
+        staging pose may lie on steps, and length, height and cost are at least what is said.
     notes
         What is wrong with it, such as a staging pose inside an obstacle; one sentence each.
     """
