@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from stairmap.config import Config, load_config
     from stairmap.detection.detector import StairEdgeDetector
     from stairmap.detection.observation import Detection, Rejection, StairEdge, StairObservation
+    from stairmap.drop import Drop
     from stairmap.errors import StairmapError
     from stairmap.export.loading import load_detections, load_stairways
     from stairmap.frame import DepthFrame
@@ -38,6 +39,7 @@ __all__ = [
     "Config",
     "DepthFrame",
     "Detection",
+    "Drop",
     "Flight",
     "Landing",
     "MapSession",
@@ -72,6 +74,7 @@ _HOMES = {
     "config": ("Config", "load_config"),
     "detection.detector": ("StairEdgeDetector",),
     "detection.observation": ("Detection", "Rejection", "StairEdge", "StairObservation"),
+    "drop": ("Drop",),
     "errors": ("StairmapError",),
     "export.loading": ("load_detections", "load_stairways"),
     "frame": ("DepthFrame",),

@@ -66,6 +66,9 @@ class DetectionConfig(_Section):
     """Fewest steps of an observation. Two equal steps also occur in furniture."""
     max_up_correction_deg: float = Field(6.0, ge=0, le=20)
     """How far treads and floor may turn the given up, deg. A real IMU was 3-4 deg off."""
+    camera_height: float = Field(0.0, ge=0, le=3)
+    """Height of the camera above the ground it moves on, m. 0: as the ground in view tells; give it where
+    tables or lower floors fill the view."""
 
 
 class ModelingConfig(_Section):

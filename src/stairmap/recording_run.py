@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.config import Config, dump_config
+from stairmap.drop import Drop
 from stairmap.errors import MapFullError, MissingPackageError, RecordingError
 from stairmap.export.history import HISTORY_FILE, history_values
 from stairmap.export.results import CONFIG_FILE, RunFolder
@@ -42,6 +43,8 @@ class RunOutcome:
     ----------
     stairways
         The stairways found.
+    drops
+        Where the ground ends and goes on lower.
     num_frames, num_detections, num_without_pose
         Frames looked at, those with stair edges, and those left out because they have no pose.
     reasons
@@ -53,6 +56,7 @@ class RunOutcome:
     """
 
     stairways: tuple[Stairway, ...]
+    drops: tuple[Drop, ...]
     num_frames: int
     num_detections: int
     num_without_pose: int
@@ -196,6 +200,7 @@ class RecordingRun:
             reasons.insert(0, self._describe_unconfirmed())
         return RunOutcome(
             stairways=stairways,
+            drops=self.session.drops(),
             num_frames=self._collector.num_frames,
             num_detections=self._collector.num_detections,
             num_without_pose=self._num_without_pose,
@@ -232,7 +237,11 @@ class RecordingRun:
         """Write everything but the report, most valuable first: a disk may have room for some of it only."""
         folder.release_reserve()
         folder.write_stairways(
-            outcome.stairways, num_frames=outcome.num_frames, frame_id=self._recording.frame_id
+            outcome.stairways,
+            num_frames=outcome.num_frames,
+            frame_id=self._recording.frame_id,
+            drops=outcome.drops,
+            camera_height=self.session.camera_height,
         )
         if outcome.num_frames:
             folder.write_trajectory(self.session.trajectory())

@@ -11,7 +11,8 @@ stairways that are known already: one that is not there any more is withdrawn.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,8 +20,12 @@ from stairmap.arrays import Float64Array, IntArray, Transform, readonly
 from stairmap.config import Config
 from stairmap.detection.observation import Detection
 from stairmap.detection.orientation import POSE_UP_STD
+from stairmap.drop import Drop
 from stairmap.errors import ConfigError, MapFullError
 from stairmap.frame import DepthFrame
+from stairmap.modeling.drop_map import DropMap
+from stairmap.modeling.drop_stairways import assign_drops
+from stairmap.modeling.ground_table import GroundTable
 from stairmap.modeling.looks import Look, look_at_flights
 from stairmap.modeling.mapper import MapperState
 from stairmap.pipeline import (
@@ -34,6 +39,9 @@ from stairmap.pose_log import PoseLog
 from stairmap.stairway import Flight, Stairway
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import check_pose
+
+GroundRecords: TypeAlias = np.ndarray[tuple[int], np.dtype[np.void]]
+"""Records of ``stairmap.modeling.ground_table``."""
 
 MAX_OBSERVATIONS = 1_000_000
 """Most observations that a session takes: so many need 3 GB and half a minute to give their stairways."""
@@ -60,11 +68,15 @@ class MapSessionState:
         (N,) int64 stamps of its frames, in nanoseconds.
     map_from_camera
         (N, 4, 4) their poses as they were given, or corrected since; NaN for frames without one.
+    ground_views, ground_edges
+        What was seen of the ground, and the edges of drops: records of ``stairmap.modeling.ground_table``.
     """
 
     modeler: MapperState
     stamps_ns: IntArray
     map_from_camera: Float64Array
+    ground_views: GroundRecords = field(default_factory=lambda: GroundTable().views)
+    ground_edges: GroundRecords = field(default_factory=lambda: GroundTable().edges)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "stamps_ns", readonly(self.stamps_ns, np.int64))
@@ -102,6 +114,23 @@ class MapSession:
         self._poses = PoseLog()
         self._num_observations = 0
         self._known = _KnownFlights()
+        self._drop_map = self._make_drop_map(GroundTable())
+        self._stairways: tuple[Stairway, ...] = ()
+
+    def _make_drop_map(self, table: GroundTable) -> DropMap:
+        return DropMap(
+            min_observations=self.config.modeling.min_observations,
+            camera_height=self.config.detection.camera_height or None,
+            table=table,
+        )
+
+    @property
+    def camera_height(self) -> float | None:
+        """Height of the camera above the ground that it moves on, m: configured, or as most frames saw it.
+
+        ``None`` where too few frames agree, and for methods that do not look for the ground.
+        """
+        return self._drop_map.camera_height
 
     @property
     def num_frames(self) -> int:
@@ -196,6 +225,7 @@ class MapSession:
         if isinstance(self.modeler, LookingModeler):
             for look in looks:
                 self.modeler.add_look(look)
+        self._drop_map.add(detection)
         for observation in detection.observations:
             self.modeler.add(observation)
 
@@ -242,10 +272,21 @@ class MapSession:
             return self.modeler.stairways(trajectory)
         if not self._poses.num_placed:
             return ()
-        stairways = self.modeler.stairways(self._poses.trajectory())
+        self._stairways = stairways = self.modeler.stairways(self._poses.trajectory())
         flights = tuple(flight for stairway in stairways for flight in stairway.flights)
         self._known = _KnownFlights(flights, self._num_observations)
         return stairways
+
+    def drops(self) -> tuple[Drop, ...]:
+        """Return where the ground ends and goes on lower, by id.
+
+        A drop that is the edge of a stairway has its id, as far as ``stairways`` was asked for. Where the
+        height of the camera is not known, because it is carried by hand, there are none: its ground may be a
+        table.
+        """
+        if not self._poses.num_placed:
+            return ()
+        return assign_drops(self._drop_map.drops(self._poses.trajectory()), self._stairways)
 
     def state(self) -> MapSessionState:
         """Return a copy of all that the session knows.
@@ -259,6 +300,8 @@ class MapSession:
             modeler=self._restorable_modeler().state(),
             stamps_ns=self._poses.stamps_ns,
             map_from_camera=self._poses.map_from_camera,
+            ground_views=self._drop_map.table.views.copy(),
+            ground_edges=self._drop_map.table.edges.copy(),
         )
 
     def restore(self, state: MapSessionState) -> None:
@@ -275,8 +318,11 @@ class MapSession:
         """
         modeler = self._restorable_modeler()
         poses = PoseLog.from_arrays(state.stamps_ns, state.map_from_camera)
+        ground = GroundTable.from_records(state.ground_views, state.ground_edges)
         modeler.restore(state.modeler)
         self._poses = poses
+        self._drop_map = self._make_drop_map(ground)
+        self._stairways = ()
         self._num_observations = len(state.modeler.observations)
         self._known = _KnownFlights((), self._num_observations, frames_left=FRAMES_UNTIL_ASKED)
 

@@ -21,7 +21,9 @@ from stairmap.trajectory import Trajectory
 def test_stairways_json_has_the_promised_keys(tmp_path: Path, stairway: Stairway) -> None:
     path = create_run_folder(tmp_path / "run", "x").write_stairways([stairway], num_frames=90)
     values = json.loads(path.read_text())
-    assert list(values) == ["schema", "software", "frame_id", "num_frames", "stairways"]
+    assert list(values) == [
+        "schema", "software", "frame_id", "num_frames", "stairways", "drops", "camera_height",
+    ]  # fmt: skip
     assert values["schema"] == 2
     assert values["software"].startswith("stairmap ")
     flight = values["stairways"][0]["flights"][0]

@@ -10,11 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stairmap.arrays import Float64Array
+from stairmap.arrays import Float64Array, Vector
 from stairmap.config import Config
 from stairmap.detection.candidate import Candidate, Scene, examine
+from stairmap.detection.drops import find_drops
 from stairmap.detection.elevation import make_elevation
 from stairmap.detection.fit import MIN_NOISE
+from stairmap.detection.ground import sample_ground
 from stairmap.detection.inverse_depth import (
     InverseDepthImage,
     SurfaceNormals,
@@ -96,38 +98,44 @@ class StairEdgeDetector:
         Observations, best first, or the rules that rejected what looked most like one.
         """
         image = inverse_depth_from_frame(frame, max_depth=self._config.detection.max_depth)
-        candidates, rejections, scenes = self._find_candidates(image, frame)
+        candidates, rejections, scenes, ground_up = self._find_candidates(image, frame)
         observations = _without_duplicates(candidates, image)
+        height = self._config.detection.camera_height or None
+        ground = None if ground_up is None else sample_ground(image, ground_up, camera_height=height)
         if observations:
             rejections = ()
         picture = trace_detection(frame, image, scenes, candidates, observations) if trace else None
         return Detection(
-            stamp_ns=frame.stamp_ns, observations=observations, rejections=rejections, trace=picture
-        )
+            stamp_ns=frame.stamp_ns, observations=observations, rejections=rejections, trace=picture,
+            ground=None if ground is None else ground.view,
+            drops=() if ground is None else find_drops(ground),
+        )  # fmt: skip
 
     def _find_candidates(
         self, image: InverseDepthImage, frame: DepthFrame
-    ) -> tuple[list[Candidate], tuple[Rejection, ...], list[Scene]]:
-        """Return the candidates, why there is none that was accepted, and what was looked along."""
+    ) -> tuple[list[Candidate], tuple[Rejection, ...], list[Scene], Vector | None]:
+        """Return the candidates, why none was accepted, what was looked along, and the ground's normal."""
         share = np.count_nonzero(image.valid) / image.valid.size
         if share < MIN_VALID_SHARE:
-            return [], (Rejection(rule="valid_pixels", measured=share, limit=MIN_VALID_SHARE, unit="1"),), []
+            few = Rejection(rule="valid_pixels", measured=share, limit=MIN_VALID_SHARE, unit="1")
+            return [], (few,), [], None
         surfaces = fit_surface_normals(image)
         up = estimate_up(surfaces) if frame.up is None else frame.up
         if up is None:
-            return [], (Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1"),), []
+            no_up = Rejection(rule="up_from_floor", measured=float("nan"), limit=0.1, unit="1")
+            return [], (no_up,), [], None
         limit = np.radians(self._config.detection.max_up_correction_deg)
         std = GIVEN_UP_STD if frame.up is None or frame.up_std is None else frame.up_std
         corrected = correct_up(surfaces, up, max_correction=limit, std=std)
         candidates, rejections, scenes = self._look_around(image, surfaces, corrected, frame.stamp_ns)
         if _any_accepted(candidates) or frame.up is None:
-            return candidates, rejections, scenes
+            return candidates, rejections, scenes, corrected.ground
         error = find_up_error(surfaces, frame.up, max_correction=limit)
         if error is not None:
             off = float(np.degrees(error))
             wrong = Rejection(rule="max_up_error", measured=off, limit=float(np.degrees(limit)), unit="deg")
             rejections = (wrong, *rejections)
-        return candidates, rejections, scenes
+        return candidates, rejections, scenes, corrected.ground
 
     def _look_around(
         self, image: InverseDepthImage, surfaces: SurfaceNormals, corrected: CorrectedUp, stamp_ns: int

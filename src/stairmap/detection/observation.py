@@ -10,6 +10,8 @@ import numpy as np
 from stairmap.arrays import Float64Array, Mask, Points, Vector, readonly
 
 if TYPE_CHECKING:
+    from stairmap.detection.drops import DropEdge
+    from stairmap.detection.ground import GroundView
     from stairmap.detection.tracing import StepsTrace
 
 View: TypeAlias = Literal["ascending", "descending"]
@@ -194,12 +196,30 @@ class DetectionTrace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Detection:
-    """The result of looking at one frame; true when it holds an observation."""
+    """The result of looking at one frame; true when it holds an observation.
+
+    Attributes
+    ----------
+    stamp_ns
+        Stamp of the frame, nanoseconds.
+    observations
+        Stairways, best first.
+    rejections
+        Why there is none.
+    trace
+        What pictures need, where it was asked for.
+    ground
+        The ground in view; ``None`` where none is, or a method does not look for it.
+    drops
+        Where that ground ends and goes on lower, nearest first, stairs that lead down included.
+    """
 
     stamp_ns: int
     observations: tuple[StairObservation, ...]
     rejections: tuple[Rejection, ...]
     trace: DetectionTrace | None = None
+    ground: GroundView | None = None
+    drops: tuple[DropEdge, ...] = ()
 
     def __bool__(self) -> bool:
         return bool(self.observations)
@@ -211,4 +231,6 @@ class Detection:
             "detected": bool(self),
             "observations": [observation.to_dict() for observation in self.observations],
             "rejections": [rejection.to_dict() for rejection in self.rejections],
+            "camera_height": None if self.ground is None else round(self.ground.height, 4),
+            "drops": [drop.to_dict() for drop in self.drops],
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from stairmap.drop import Drop
 from stairmap.export.loading import load_run_trajectory, load_stairways
 from stairmap.navigation.floors import FloorStack, find_floors
 from stairmap.stairway import Stairway
@@ -19,6 +20,8 @@ class Building:
     ----------
     stairways
         Each joins two floors.
+    drops
+        Where its floors end and go on lower.
     floors
         Its floors.
     trajectory
@@ -28,6 +31,7 @@ class Building:
     """
 
     stairways: tuple[Stairway, ...]
+    drops: tuple[Drop, ...]
     floors: FloorStack
     trajectory: Trajectory | None
     frame_id: str
@@ -35,6 +39,13 @@ class Building:
 
 def load_building(run: Path, *, camera_height: float | None = None) -> Building:
     """Read a run folder, or its ``stairways.json`` and the trajectory beside it.
+
+    Parameters
+    ----------
+    run
+        The folder or file.
+    camera_height
+        Height of the camera above the floor, m; ``None``: as the run saw it.
 
     Raises
     ------
@@ -44,9 +55,11 @@ def load_building(run: Path, *, camera_height: float | None = None) -> Building:
     results = load_stairways(run)
     trajectory = load_run_trajectory(run if run.is_dir() else run.parent)
     stairways = results.stairways
+    height = results.camera_height if camera_height is None else camera_height
     return Building(
         stairways=stairways,
-        floors=find_floors(stairways, trajectory, camera_height=camera_height),
+        drops=results.drops,
+        floors=find_floors(stairways, trajectory, camera_height=height),
         trajectory=trajectory,
         frame_id=results.frame_id,
     )

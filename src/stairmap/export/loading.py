@@ -14,6 +14,7 @@ from pydantic import Field
 
 from stairmap.arrays import Points, readonly
 from stairmap.detection.observation import Rejection, View
+from stairmap.drop import Drop
 from stairmap.errors import ResultsError, TrajectoryError
 from stairmap.export.history import HISTORY_FILE, load_history
 from stairmap.export.results import DETECTIONS_FILE, READABLE_SCHEMAS, STAIRWAYS_FILE, TRAJECTORY_FILE
@@ -29,6 +30,7 @@ from stairmap.input_files import (
     validated,
 )
 from stairmap.recordings.tum_trajectory import load_tum_trajectory, load_unfinished_trajectory
+from stairmap.saved_drop import MAX_DROPS, SavedDrop
 from stairmap.saved_stairway import MAX_STAIRWAYS, Count, SavedStairway
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
@@ -46,6 +48,10 @@ __all__ = [
 ]
 
 
+MAX_CAMERA_HEIGHT = 100.0
+"""Largest height of a camera above the ground, m."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResults:
     """What ``stairways.json`` holds.
@@ -60,6 +66,10 @@ class RunResults:
         Number of frames that were looked at.
     stairways
         The stairways; numbers that were not known are NaN.
+    drops
+        Where the ground ends and goes on lower; none in files that do not tell.
+    camera_height
+        Height of the camera above the ground that it moved on, m; ``None`` where not known.
     is_finished
         Whether the run came to its end; otherwise these are the last stairways that its history knows.
     """
@@ -68,6 +78,8 @@ class RunResults:
     frame_id: str
     num_frames: int
     stairways: tuple[Stairway, ...]
+    drops: tuple[Drop, ...] = ()
+    camera_height: float | None = None
     is_finished: bool = True
 
 
@@ -105,6 +117,8 @@ class _StairwaysFile(CheckedModel):
     frame_id: str
     num_frames: Count
     stairways: Annotated[list[SavedStairway], Field(max_length=MAX_STAIRWAYS)]
+    drops: Annotated[list[SavedDrop], Field(max_length=MAX_DROPS)] = Field(default_factory=list)
+    camera_height: Annotated[float, Field(gt=0, le=MAX_CAMERA_HEIGHT)] | None = None
 
 
 class _ObservationLine(CheckedModel):
@@ -179,6 +193,8 @@ def load_stairways(path: Path) -> RunResults:
         frame_id=saved.frame_id,
         num_frames=saved.num_frames,
         stairways=tuple(Stairway.from_saved(stairway) for stairway in saved.stairways),
+        drops=tuple(Drop.from_saved(drop) for drop in saved.drops),
+        camera_height=saved.camera_height,
     )
 
 

@@ -22,6 +22,7 @@ import stairmap
 from stairmap.arrays import Transform
 from stairmap.config import Config, dump_config
 from stairmap.detection.observation import Detection
+from stairmap.drop import Drop
 from stairmap.errors import OutputError
 from stairmap.export.mesh import ply_from_stairways
 from stairmap.output_files import (
@@ -35,7 +36,7 @@ from stairmap.output_files import (
     write_whole_text,
 )
 from stairmap.recordings.tum_trajectory import TUM_HEADER, tum_line, tum_text
-from stairmap.stairway import Stairway
+from stairmap.stairway import Stairway, rounded
 from stairmap.trajectory import Trajectory
 
 SCHEMA = 2
@@ -153,7 +154,13 @@ class RunFolder:
         self._append(LOG_FILE, " ".join(line.split()))
 
     def write_stairways(
-        self, stairways: Sequence[Stairway], *, num_frames: int, frame_id: str = "map"
+        self,
+        stairways: Sequence[Stairway],
+        *,
+        num_frames: int,
+        frame_id: str = "map",
+        drops: Sequence[Drop] = (),
+        camera_height: float | None = None,
     ) -> Path:
         """Write ``stairways.json``.
 
@@ -165,10 +172,15 @@ class RunFolder:
             Number of frames that were looked at.
         frame_id
             Name of the coordinate frame of all positions.
+        drops
+            Where the ground ends and goes on lower.
+        camera_height
+            Height of the camera above the ground that it moved on, m; ``None`` where not known.
         """
-        return self.write_text(
-            STAIRWAYS_FILE, stairways_json(stairways, num_frames=num_frames, frame_id=frame_id)
+        text = stairways_json(
+            stairways, num_frames=num_frames, frame_id=frame_id, drops=drops, camera_height=camera_height
         )
+        return self.write_text(STAIRWAYS_FILE, text)
 
     def write_config(self, config: Config) -> Path:
         """Write ``config.yaml``: the configuration of this run, every key resolved."""
@@ -247,7 +259,14 @@ class RunFolder:
                 self._note_failure(name, str(output_error(self.path / name, error)))
 
 
-def stairways_json(stairways: Sequence[Stairway], *, num_frames: int, frame_id: str = "map") -> str:
+def stairways_json(
+    stairways: Sequence[Stairway],
+    *,
+    num_frames: int,
+    frame_id: str = "map",
+    drops: Sequence[Drop] = (),
+    camera_height: float | None = None,
+) -> str:
     """Return the text of ``stairways.json``; see ``RunFolder.write_stairways``."""
     values = {
         "schema": SCHEMA,
@@ -255,6 +274,8 @@ def stairways_json(stairways: Sequence[Stairway], *, num_frames: int, frame_id: 
         "frame_id": frame_id,
         "num_frames": num_frames,
         "stairways": [stairway.to_dict() for stairway in stairways],
+        "drops": [drop.to_dict() for drop in drops],
+        "camera_height": None if camera_height is None else rounded(camera_height),
     }
     return json.dumps(null_for_nan(values), indent=1, allow_nan=False) + "\n"
 

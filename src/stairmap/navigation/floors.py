@@ -1,47 +1,36 @@
-"""The floors of a building, from the ends of its stairways and the robot's way.
+"""The floors of a building, from the robot's way and the ends of its stairways.
 
-The ends of a stairway lie on two floors. An end that nobody saw is *open*: the stairs may go on there, so its
-height is only a bound of that of its floor, and its place is no edge of a floor. The way tells which floors
-were explored, and finds those that no stairway leads to (a lift does). Level 0 is where the robot began, or
-the lowest without a way.
+Where the robot stood is a floor, also one that no stairway leads to (a lift does). The ends of a stairway lie
+on two floors, and tell of those where nobody was. An end that nobody saw is *open*: the stairs may go on
+there, so its height is only a bound of that of its floor, and its place is no edge of a floor. Level 0 is
+where the robot began, or the lowest without a way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, Mask, Points
-from stairmap.errors import StairmapError
-from stairmap.modeling.landings import top_of
+from stairmap.navigation.floor_heights import (
+    MIN_FLOOR_DISTANCE,
+    MIN_POSES,
+    ON_FLOOR,
+    SAME_FLOOR,
+    FloorError,
+    StairEnds,
+    estimate_camera_height,
+    find_stood_floors,
+    may_be_floor_of,
+    told_heights,
+    with_open_ends,
+)
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 
-SAME_FLOOR = 0.6
-"""Ends of stairways whose heights differ by less are on one floor, m: drift and sills, but no half storey."""
-
-MIN_STOREY = 1.9
-"""A floor that only the way tells of lies so far from all others, m: a landing lies nearer."""
-
-MIN_FLOOR_DISTANCE = 0.3
-"""Floors that are nearer than this overlap, m."""
-
-MAX_UNSEEN_RISE = 1.0
-"""By how much stairs may go on beyond an open end to a floor that is known otherwise, m: six risers of which
-no frame showed anything. A floor farther off is another one."""
-
-_ON_FLOOR = 0.3
-_ON_STAIRS = 1.5
-_MIN_CAMERA_HEIGHT = 0.15
-_MIN_POSES = 3
-_MIN_LIFT_POSES = 10
-
-
-class FloorError(StairmapError):
-    """Floors cannot be told apart or placed."""
+__all__ = ["Floor", "FloorError", "FloorStack", "find_floors"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,12 +47,15 @@ class Floor:
         Whether the robot was on it.
     is_open
         Whether only open ends of stairs and no robot tell of it: it lies at ``height`` or beyond.
+    id
+        Its number, which stays when floors are found between others and levels change; see ``find_floors``.
     """
 
     level: int
     height: float
     is_explored: bool
     is_open: bool = False
+    id: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,9 +115,17 @@ class FloorStack:
 
 
 def find_floors(
-    stairways: Sequence[Stairway], trajectory: Trajectory | None = None, *, camera_height: float | None = None
+    stairways: Sequence[Stairway],
+    trajectory: Trajectory | None = None,
+    *,
+    camera_height: float | None = None,
+    known: FloorStack | None = None,
 ) -> FloorStack:
-    """Return the floors that stairways and a robot's way tell of.
+    """Return the floors that a robot's way and stairways tell of.
+
+    Where the robot stood, its way tells a floor's height: the height of the camera less that above the floor.
+    Ends of stairs only tell of floors where nobody was; an end that was not seen, of floors that nothing else
+    tells of.
 
     Parameters
     ----------
@@ -134,53 +134,47 @@ def find_floors(
     trajectory
         Poses of the camera.
     camera_height
-        Height of the camera above the floor, m; ``None``: the median over the floors that stairways
-        tell of.
+        Height of the camera above the floor, m, as it was measured or as ``MapSession`` saw it; ``None``: the
+        median over the floors that stairways tell of, which is as good as the ends of these.
+    known
+        Floors that were found before; those found again keep their ``id``.
 
     Raises
     ------
     FloorError
         If there is nothing that tells of a floor, or no stairway and no camera height.
     """
-    ends = np.array(
-        [(stairway.flights[0].base[2], top_of(stairway.flights[-1])[2]) for stairway in stairways]
-    )
-    are_open = np.array(
-        [(stairway.flights[0].is_open_below, stairway.flights[-1].is_open_above) for stairway in stairways],
-        dtype=np.bool_,
-    ).reshape(-1, 2)
-    ends, tolerance = ends.reshape(-1, 2), _tolerance(ends.reshape(-1, 2))
-    seen = _cluster_heights(ends[~are_open], tolerance)
-    told = seen or _cluster_heights(ends.reshape(-1), tolerance)
+    ends = StairEnds.of(stairways)
     if trajectory is None:
-        if not told:
+        if not len(ends.heights):
             raise FloorError("there are no floors: the run has no stairway and no trajectory")
-        feet = np.empty(0)
+        feet, fixed = np.empty(0), ends.seen_heights()
         camera_height = float("nan") if camera_height is None else camera_height
     else:
-        poses = trajectory.map_from_camera[:, 2, 3]
+        poses = trajectory.map_from_camera[:, :3, 3]
         if camera_height is None:
-            camera_height = _estimate_camera_height(poses, told)
-        feet = poses - camera_height
-        places = trajectory.map_from_camera[:, :3, 3] - [0.0, 0.0, camera_height]
-        off_stairs = feet[~_are_on_stairs(places, stairways)]
-        seen = sorted([*seen, *_find_other_floors(off_stairs, told)])
-    heights = _with_open_ends(seen, ends, are_open, tolerance)
+            camera_height = estimate_camera_height(poses[:, 2], told_heights(ends))
+        feet = poses[:, 2] - camera_height
+        fixed = find_stood_floors(poses - [0.0, 0.0, camera_height], stairways, ends)
+    heights = with_open_ends(fixed, ends)
     first = int(np.argmin(np.abs(np.array(heights) - feet[0]))) if len(feet) else 0
     floors = []
     for index, height in enumerate(heights):
-        num_on = int(np.count_nonzero(np.abs(feet - height) < _ON_FLOOR))
-        is_explored = num_on >= min(_MIN_POSES, len(feet) or 1)
+        num_on = int(np.count_nonzero(np.abs(feet - height) < ON_FLOOR))
+        is_explored = num_on >= min(MIN_POSES, len(feet) or 1)
         floors.append(
             Floor(
                 level=index - first,
                 height=height,
                 is_explored=is_explored,
-                is_open=height not in seen and not is_explored,
+                is_open=height not in fixed and not is_explored,
             )
         )
+    floors = _with_ids(floors, known)
     levels, open_ends = {}, {}
-    for stairway, (low, high), (is_low_open, is_high_open) in zip(stairways, ends, are_open, strict=True):
+    for stairway, (low, high), (is_low_open, is_high_open) in zip(
+        stairways, ends.heights, ends.are_open, strict=True
+    ):
         lower = _floor_of_end(floors, low, is_open=is_low_open, side=-1)
         upper = _floor_of_end(floors, high, is_open=is_high_open, side=1)
         levels[stairway.id] = (lower.level, upper.level)
@@ -191,110 +185,43 @@ def find_floors(
     return FloorStack(floors=tuple(floors), levels=levels, camera_height=camera_height, open_ends=open_ends)
 
 
+def _with_ids(floors: Sequence[Floor], known: FloorStack | None) -> list[Floor]:
+    """Give floors the ids of those known before at their height, and new ones to others."""
+    left = [] if known is None else [floor for floor in known.floors if floor.id is not None]
+    taken = {floor.id for floor in left if floor.id is not None}
+    ids: dict[int, int] = {}
+    pairs = sorted(
+        (abs(floor.height - other.height), place, number)
+        for place, floor in enumerate(floors)
+        for number, other in enumerate(left)
+    )
+    used: set[int] = set()
+    for distance, place, number in pairs:
+        known_id = left[number].id
+        if distance < SAME_FLOOR and place not in ids and number not in used and known_id is not None:
+            ids[place] = known_id
+            used.add(number)
+    for place, floor in enumerate(floors):
+        if place not in ids:
+            # Without floors known before, an id is the level; otherwise a number that none ever had.
+            ids[place] = floor.level if known is None else max(taken, default=-1) + 1
+            taken.add(ids[place])
+    return [replace(floor, id=ids[place]) for place, floor in enumerate(floors)]
+
+
 def _is_at(floor: Floor, height: float) -> bool:
     """Whether a floor that is known otherwise lies at the height of an end that was not seen."""
-    return not floor.is_open and abs(floor.height - height) < _ON_FLOOR
-
-
-def _with_open_ends(
-    seen: Sequence[float], ends: Float64Array, are_open: Mask, tolerance: float
-) -> list[float]:
-    """Heights of all floors: those that are known, and those that only open ends tell of."""
-    alone = [
-        height
-        for height, side in zip(ends[are_open], np.nonzero(are_open)[1], strict=True)
-        if not any(_may_be(floor - height, 1 if side else -1, tolerance) for floor in seen)
-    ]
-    bounds = [
-        height
-        for height in _cluster_heights(np.array(alone), tolerance)
-        if not any(abs(height - floor) < MIN_FLOOR_DISTANCE for floor in seen)
-    ]
-    return sorted([*seen, *bounds])
-
-
-def _may_be(distance: float, side: int, tolerance: float) -> bool:
-    """Whether a floor so far above an open end is the one that the stairs lead to, up (1) or down (-1)."""
-    return -tolerance < distance * side < max(tolerance, MAX_UNSEEN_RISE)
+    return not floor.is_open and abs(floor.height - height) < ON_FLOOR
 
 
 def _floor_of_end(floors: Sequence[Floor], height: float, *, is_open: bool, side: int) -> Floor:
     """The floor on which an end lies; for an open one, the first that the stairs come to if they go on."""
     nearest = min(floors, key=lambda floor: abs(floor.height - height))
-    if not is_open or abs(nearest.height - height) < _ON_FLOOR:
+    if not is_open or abs(nearest.height - height) < ON_FLOOR:
         return nearest
     ahead = [
-        floor for floor in floors if _may_be(floor.height - height, side, _ON_FLOOR) and not floor.is_open
+        floor
+        for floor in floors
+        if may_be_floor_of(floor.height - height, side, ON_FLOOR) and not floor.is_open
     ]
     return min(ahead, key=lambda floor: abs(floor.height - height)) if ahead else nearest
-
-
-def _tolerance(ends: Float64Array) -> float:
-    """Largest spread of one floor: both ends of the lowest stairway must stay apart."""
-    if not len(ends):
-        return SAME_FLOOR
-    return min(SAME_FLOOR, 0.9 * float((ends[:, 1] - ends[:, 0]).min()))
-
-
-def _cluster_heights(values: Float64Array, tolerance: float) -> list[float]:
-    clusters: list[list[float]] = []
-    for value in np.sort(values):
-        if clusters and value - clusters[-1][0] < tolerance:
-            clusters[-1].append(float(value))
-        else:
-            clusters.append([float(value)])
-    heights = [float(np.median(cluster)) for cluster in clusters]
-    # Medians of neighbouring clusters may come closer than floors can be.
-    return [
-        height for index, height in enumerate(heights)
-        if not index or height - heights[index - 1] >= MIN_FLOOR_DISTANCE
-    ]  # fmt: skip
-
-
-def _estimate_camera_height(poses: Float64Array, heights: Sequence[float]) -> float:
-    """Median height of the camera above the next floor below it."""
-    if not heights:
-        raise FloorError(
-            "the run has no stairway, so the height of its floor is not known; "
-            "give the camera's height above it"
-        )
-    above = poses[:, None] - np.array(heights)
-    nearest = np.where(above > _MIN_CAMERA_HEIGHT, above, np.inf).min(axis=1)
-    nearest = nearest[nearest < 2.2]
-    if not len(nearest):
-        raise FloorError(
-            "the camera was never above a floor that a stairway begins or ends on; "
-            "give its height above the floor"
-        )
-    return float(np.median(nearest))
-
-
-def _are_on_stairs(places: Points, stairways: Sequence[Stairway]) -> Mask:
-    """Tell which (N, 3) places are on a flight or a landing: who stays there is on no floor."""
-    result = np.zeros(len(places), dtype=np.bool_)
-    shares = np.linspace(0.0, 1.0, 30)[:, None, None]
-    for stairway in stairways:
-        way = np.array([end for flight in stairway.flights for end in (flight.base, top_of(flight))])
-        points = (way[:-1] + shares * np.diff(way, axis=0)).reshape(-1, 3)
-        apart = np.abs(places[:, None] - points)
-        is_near = (np.hypot(apart[..., 0], apart[..., 1]) < _ON_STAIRS) & (apart[..., 2] < _ON_FLOOR)
-        result |= is_near.any(axis=1)
-    return result
-
-
-def _find_other_floors(feet: Float64Array, heights: Sequence[float]) -> list[float]:
-    """Heights at which the robot stayed, a storey away from all floors that are known."""
-    found: list[float] = []
-    rest = feet
-    while len(rest):
-        known = np.array([*heights, *found])
-        if len(known):
-            rest = rest[np.abs(rest[:, None] - known).min(axis=1) >= MIN_STOREY]
-        if len(rest) < _MIN_LIFT_POSES:
-            break
-        counts = np.count_nonzero(np.abs(rest[:, None] - rest) < _ON_FLOOR / 2, axis=1)
-        best = int(np.argmax(counts))
-        if counts[best] < _MIN_LIFT_POSES:
-            break
-        found.append(float(np.median(rest[np.abs(rest - rest[best]) < _ON_FLOOR / 2])))
-    return found

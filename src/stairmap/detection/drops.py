@@ -1,0 +1,249 @@
+"""Find where the ground ends in one frame and goes on lower.
+
+Along each bearing, a ray that ends well below the ground's plane proves that no ground is where it crosses
+that plane. The drop lies between that place and the last ground before it. Ground that falls slowly, as on a
+ramp, is seen all the way down: only where height changes from one ray to the next is there an edge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask, Points, readonly
+from stairmap.detection.ground import GroundSamples, ground_tolerance
+
+MIN_DEPTH = 0.10
+"""Least depth of a drop, m: wheels of ordinary robots roll down what is lower, as a kerb's flush end."""
+
+FAR_DEPTH, DEPTH_PER_METRE = 0.04, 0.04
+"""What counts as lower lies this deep below the ground, m, and deeper with each metre of distance if that is
+more than the least depth: far ground of stereo cameras waves by a decimetre at 3 m."""
+
+MAX_DISTANCE = 3.5
+"""Farthest edge that is looked for, m."""
+
+PERSISTENCE, MIN_BELOW = 8, 5
+"""Of so many measured rays behind an edge, at least so many end below the ground: a few stray ones do not."""
+
+MAX_MIXED = 3
+"""Most rays between the last ground and the first lower one that lie between both: pixels at an edge mix
+what they see. A ramp shows many."""
+
+STEPS_BEHIND, MIN_STEP_SHARE = 3, 0.7
+"""From the last ground to so many rays behind the first lower one, the two largest steps down make at least
+this share of the fall: an edge is one step, with a mixed pixel two, and so are the first treads of stairs."""
+
+MIN_FALL = 0.40
+"""Slope above which what falls is no ramp, 22 degrees: stairs that are seen down their treads."""
+
+MAX_SHIFT = 0.05
+"""An edge is put halfway between the last ground and the first lower ray, but at most so far beyond the
+ground, m: where it lies in a gap is not known, and nearer is safer."""
+
+MAX_GAP = 0.30
+"""Longest stretch of ground, m, without a measurement between the last ground and the first lower ray: of a
+longer one nobody knows where in it the edge lies."""
+
+LAST_GROUND, MIN_LAST_GROUND = 6, 3
+"""Of so many measured rays before an edge, at least so many end on the ground."""
+
+MAX_STEP, STEP_SHARE = 0.12, 0.12
+"""Places of an edge along neighbouring bearings lie so near, m, or within this share of their distance: an
+edge may run along the view."""
+
+MAX_SKIPPED = 2
+"""Bearings without an edge that an edge goes on over."""
+
+LINE_TOLERANCE, LINE_TOLERANCE_SHARE = 0.03, 0.015
+"""An edge is straight within this, m, and this share of its distance."""
+
+MIN_LENGTH, MIN_PLACES = 0.20, 5
+"""Shortest edge, m, and fewest bearings that show it: no robot falls through what is narrower."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DropEdge:
+    """An edge of the ground as one frame sees it, in the camera frame.
+
+    Attributes
+    ----------
+    edge
+        (2, 3) segment on the ground, m, left end first as seen from the ground before it.
+    depth
+        How far below the edge lies what was seen nearest behind it, m; the ground there may lie lower still.
+    num_rays
+        Bearings that show it.
+    """
+
+    edge: Points
+    depth: float
+    num_rays: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "edge", readonly(self.edge))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the edge as it stands in ``detections.jsonl``."""
+        return {"edge": np.round(self.edge, 4).tolist(), "depth": round(self.depth, 4)}
+
+    @property
+    def distance(self) -> float:
+        """Distance from the camera to the nearest point of the edge, m."""
+        first, last = self.edge
+        along = last - first
+        share = float(np.clip(-(first @ along) / max(along @ along, 1e-12), 0, 1))
+        return float(np.linalg.norm(first + share * along))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EdgePlaces:
+    """Where the ground ends along single bearings.
+
+    Attributes
+    ----------
+    column
+        (N,) ascending columns of the samples.
+    place
+        (N, 2) forward and leftward distance along the ground, m.
+    depth
+        (N,) how far below the ground the first lower thing lies, m.
+    """
+
+    column: IntArray
+    place: Float64Array
+    depth: Float64Array
+
+
+def find_drops(samples: GroundSamples) -> tuple[DropEdge, ...]:
+    """Return the edges of the ground in a frame, nearest first."""
+    places = find_edge_places(samples)
+    edges = [
+        _edge_from_places(places, piece, samples)
+        for run in _runs(places)
+        for piece in _straight_pieces(places.place, run)
+    ]
+    return tuple(sorted((edge for edge in edges if edge is not None), key=lambda edge: edge.distance))
+
+
+def find_edge_places(samples: GroundSamples) -> EdgePlaces:
+    """Return along which bearings the ground ends at a drop, and where."""
+    rows, is_measured = _packed_rows(np.isfinite(samples.height))
+    columns = np.arange(rows.shape[1])
+    height, crossing = samples.height[rows, columns], samples.crossing[rows, columns]
+    tolerance = ground_tolerance(crossing)
+    is_ground = is_measured & (np.abs(height) < tolerance)
+    is_below = is_measured & (height < -np.maximum(MIN_DEPTH, FAR_DEPTH + DEPTH_PER_METRE * crossing))
+    starts = is_below & (_count_ahead(is_below, PERSISTENCE) >= MIN_BELOW)
+    ends = is_ground & (_count_behind(is_ground, LAST_GROUND) >= MIN_LAST_GROUND)
+    last_ground = np.full(rows.shape, -1, dtype=np.int64)
+    for step in range(MAX_MIXED + 1, 0, -1):
+        earlier = np.arange(len(rows) - step)
+        last_ground[step:] = np.where(ends[:-step], earlier[:, None], last_ground[step:])
+    before = crossing[np.maximum(last_ground, 0), columns]
+    is_edge = starts & (last_ground >= 0) & (crossing - before < MAX_GAP) & (before < MAX_DISTANCE)
+    column = np.flatnonzero(is_edge.any(axis=0))
+    first = np.argmax(is_edge[:, column], axis=0)
+    distance = crossing * (1.0 - height / np.float32(samples.view.height))
+    is_sharp = _falls_in_steps(height, first, column) | _falls_steeply((distance, height), first, column)
+    column, first = column[is_sharp], first[is_sharp]
+    low, high = before[first, column], crossing[first, column]
+    distance = (low + np.minimum(0.5 * (high - low), MAX_SHIFT)).astype(np.float64)
+    return EdgePlaces(
+        column=column,
+        place=np.stack([distance, distance * samples.view.bearing[column]], axis=1),
+        depth=-height[first, column].astype(np.float64),
+    )
+
+
+def _falls_in_steps(height: Float32Array, first: IntArray, column: IntArray) -> Mask:
+    """(N,) whether height falls in one or two steps about the first lower ray of each column.
+
+    On a ramp seen at a flat angle neighbouring rays may fall by decimetres, but every one does.
+    """
+    falls = np.nan_to_num(np.maximum(-np.diff(height[_window(first, len(height)), column], axis=0), 0.0))
+    largest = np.sort(falls, axis=0)[-2:].sum(axis=0)
+    return np.asarray(largest >= MIN_STEP_SHARE * falls.sum(axis=0))
+
+
+def _falls_steeply(met: tuple[Float32Array, Float32Array], first: IntArray, column: IntArray) -> Mask:
+    """(N,) whether what is seen about the first lower ray of each column falls more steeply than a ramp.
+
+    ``met`` are the forward distance and the height of what each ray met, m.
+    """
+    distance, height = (values[_window(first, len(values)), column] for values in met)
+    return np.asarray(height[0] - height[-1] > MIN_FALL * np.maximum(distance[-1] - distance[0], 0.0))
+
+
+def _window(first: IntArray, num_rows: int) -> IntArray:
+    """(W, N) rows about the first lower ray of each column, from the last ground on."""
+    rows = first + np.arange(-MAX_MIXED - 1, STEPS_BEHIND + 1)[:, None]
+    return np.asarray(np.clip(rows, 0, num_rows - 1))
+
+
+def _packed_rows(measured: Mask) -> tuple[IntArray, Mask]:
+    """(R, C) rows of the measured rays of each column, packed to its front, and which entries are some."""
+    order = np.argsort(~measured, axis=0, kind="stable")
+    return order, np.arange(len(measured))[:, None] < np.count_nonzero(measured, axis=0)
+
+
+def _count_ahead(mask: Mask, length: int) -> IntArray:
+    """How many of ``length`` entries from each on, along the first axis, are true."""
+    total = np.zeros((len(mask) + length, mask.shape[1]), dtype=np.int64)
+    np.cumsum(mask, axis=0, out=total[1 : len(mask) + 1])
+    total[len(mask) + 1 :] = total[len(mask)]
+    return total[length : length + len(mask)] - total[: len(mask)]
+
+
+def _count_behind(mask: Mask, length: int) -> IntArray:
+    """How many of ``length`` entries up to each are true."""
+    return _count_ahead(mask[::-1], length)[::-1]
+
+
+def _runs(places: EdgePlaces) -> list[IntArray]:
+    """Indices of places that follow each other along one edge."""
+    if not len(places.column):
+        return []
+    step = np.linalg.norm(np.diff(places.place, axis=0), axis=1)
+    reach = np.maximum(MAX_STEP, STEP_SHARE * places.place[1:, 0])
+    apart = (np.diff(places.column) > MAX_SKIPPED + 1) | (step > reach)
+    return list(np.split(np.arange(len(places.column)), np.flatnonzero(apart) + 1))
+
+
+def _straight_pieces(place: Float64Array, run: IntArray) -> list[IntArray]:
+    """Split a run where it bends: at the place farthest from the line between its ends, again and again."""
+    pieces, rest = [], [run]
+    while rest:
+        part = rest.pop()
+        if len(part) < MIN_PLACES:
+            continue
+        begin, along = place[part[0]], place[part[-1]] - place[part[0]]
+        length = float(np.hypot(*along))
+        offset = place[part] - begin
+        off = np.abs(offset[:, 0] * along[1] - offset[:, 1] * along[0]) / max(length, 1e-9)
+        off = np.minimum(off, np.hypot(*offset.T)) if length < 1e-9 else off
+        worst = int(np.argmax(off))
+        if off[worst] <= LINE_TOLERANCE + LINE_TOLERANCE_SHARE * float(place[part[worst], 0]):
+            pieces.append(part)
+        else:
+            rest += [part[: worst + 1], part[worst:]] if 0 < worst < len(part) - 1 else []
+    return pieces
+
+
+def _edge_from_places(places: EdgePlaces, piece: IntArray, samples: GroundSamples) -> DropEdge | None:
+    """The segment through places of one straight piece; ``None`` where it is too short."""
+    place = places.place[piece]
+    middle = place.mean(axis=0)
+    _, _, axes = np.linalg.svd(place - middle, full_matrices=False)
+    along = (place - middle) @ axes[0]
+    ends = middle + np.outer([along.min(), along.max()], axes[0])
+    if np.hypot(*(ends[1] - ends[0])) < MIN_LENGTH:
+        return None
+    # Columns go from left to right, as the ends must.
+    if (ends[1] - ends[0]) @ (place[-1] - place[0]) < 0:
+        ends = ends[::-1]
+    view = samples.view
+    edge = np.outer(ends[:, 0], view.forward) + np.outer(ends[:, 1], view.left) - view.height * view.up
+    return DropEdge(edge=edge, depth=float(np.median(places.depth[piece])), num_rays=len(piece))
