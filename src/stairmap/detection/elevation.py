@@ -12,12 +12,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from stairmap.arrays import Float32Array, Float64Array, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.geometry import cross, normalized
+from stairmap.kernels import sample_rays, sample_strips
+from stairmap.kernels.sampling import SamplingView, StripMeans
 
 STRIP_WIDTH = 16
 """Columns of a strip, working pixels: wide enough to average noise, narrow against a stairway."""
@@ -36,6 +37,12 @@ SAME_SURFACE = 0.03
 
 STRIP_SPREAD = 0.04
 """Samples of a strip within this share of their median are averaged."""
+
+MIN_VALID_PART, MIN_NEAR_PART = 2, 3
+"""... where one in so many of them is measured, and one in so many is near the median."""
+
+LEAST_DEPTH = 1e-3
+"""Rays with less depth for each metre forward look aside of the camera, m per m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +70,11 @@ class ElevationGrid:
     bearing: Float64Array
     row_size: float
     edge_shift: float
+
+    @property
+    def axes(self) -> Float64Array:
+        """(3, 3) rows forward, up and left, as kernels take them."""
+        return np.array([self.forward, self.up, self.left])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,21 +163,13 @@ def sample_grid(
 
     Between pixels of one surface it is interpolated, which is exact on planes; elsewhere the nearest counts.
     """
+    slope, bearing = np.ascontiguousarray(slope), np.ascontiguousarray(bearing)
+    return sample_rays(image.inverse_depth, grid.axes, slope, bearing, _view_of(image))
+
+
+def _view_of(image: InverseDepthImage) -> SamplingView:
     camera = image.camera
-    climb = slope.astype(np.float32)[:, None]
-    across = bearing.astype(np.float32)[None, :]
-    up, forward, left = (axis.astype(np.float32) for axis in (grid.up, grid.forward, grid.left))
-    depth = forward[2] + climb * up[2] + across * left[2]
-    inverse = 1.0 / np.maximum(depth, np.float32(1e-3))
-    fx, fy, cx, cy = (np.float32(value) for value in (camera.fx, camera.fy, camera.cx, camera.cy))
-    map_u = (forward[0] + climb * up[0] + across * left[0]) * inverse * fx + cx
-    map_v = (forward[1] + climb * up[1] + across * left[1]) * inverse * fy + cy
-    nearest = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_NEAREST, borderValue=0)
-    linear = cv2.remap(image.inverse_depth, map_u, map_v, cv2.INTER_LINEAR, borderValue=0)
-    is_smooth = np.abs(linear - nearest) < np.float32(SAME_SURFACE) * nearest
-    sampled = np.where(is_smooth, linear, nearest) * depth
-    sampled[depth < np.float32(1e-3)] = 0
-    return np.asarray(sampled, dtype=np.float32)
+    return SamplingView(camera.fx, camera.fy, camera.cx, camera.cy, SAME_SURFACE, LEAST_DEPTH)
 
 
 def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevation | None:
@@ -182,12 +186,24 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
     if grid is None:
         return None
     first, num_strips = _first_column(len(grid.bearing)), len(grid.bearing) // STRIP_WIDTH
-    columns = np.arange(first, first + num_strips * STRIP_WIDTH, COLUMN_STEP)
-    cells = sample_grid(image, grid, grid.slope, grid.bearing[columns]).reshape(
-        len(grid.slope), num_strips, -1
+    inside = grid.bearing[first : first + num_strips * STRIP_WIDTH]
+    num_samples = STRIP_WIDTH // COLUMN_STEP
+    means = StripMeans(
+        num_samples,
+        STRIP_SPREAD,
+        min_valid=-(-num_samples // MIN_VALID_PART),
+        min_near=-(-num_samples // MIN_NEAR_PART),
     )
-    inside = grid.bearing[first : first + num_strips * STRIP_WIDTH].reshape(num_strips, STRIP_WIDTH)
-    return Elevation(grid=grid, bearing=inside.mean(axis=1), inverse_distance=_average_cells(cells))
+    q = sample_strips(
+        image.inverse_depth,
+        grid.axes,
+        grid.slope,
+        np.ascontiguousarray(inside[::COLUMN_STEP]),
+        _view_of(image),
+        means,
+    )
+    middle = inside.reshape(num_strips, STRIP_WIDTH).mean(axis=1)
+    return Elevation(grid=grid, bearing=middle, inverse_distance=q)
 
 
 def strip_columns(num_columns: int, strips: Mask, *, margin: int) -> tuple[int, int]:
@@ -210,17 +226,3 @@ def _upright_axes(up: Vector) -> tuple[Vector, Vector]:
 def _first_column(num_columns: int) -> int:
     """Column where strip 0 begins: the strips are centred."""
     return (num_columns - num_columns // STRIP_WIDTH * STRIP_WIDTH) // 2
-
-
-def _average_cells(cells: Float32Array) -> Float64Array:
-    """Mean of each cell's values near their median; 0 where fewer than half are valid."""
-    ordered = np.sort(cells, axis=2)
-    num = cells.shape[2]
-    num_valid = np.count_nonzero(ordered, axis=2)
-    middle = np.minimum(num - num_valid + num_valid // 2, num - 1)
-    median = np.take_along_axis(ordered, middle[:, :, None], axis=2)
-    near = (np.abs(ordered - median) < np.float32(STRIP_SPREAD) * median).astype(np.float32)
-    count = near.sum(axis=2)
-    total = (ordered * near).sum(axis=2)
-    enough = (num_valid * 2 >= num) & (count * 3 >= num)
-    return np.where(enough, total / np.maximum(count, 1), np.float32(0)).astype(np.float64)

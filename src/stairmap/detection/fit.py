@@ -20,7 +20,7 @@ from stairmap.detection.elevation import Elevation
 from stairmap.detection.profile import MIN_FORWARD, Optics, Prediction, StairProfile, outline_of, tabulate
 from stairmap.geometry import normalized
 from stairmap.kernels import sum_equations
-from stairmap.kernels.equations import EquationLimits, RayView
+from stairmap.kernels.equations import EquationLimits, RayArrays, RayView
 
 REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "ground", "slope")
 """The values of a regular profile in the order of the equations; the shift of edges follows."""
@@ -124,6 +124,12 @@ class Rays:
     inverse_distance: Float64Array
     row: IntArray
     strip: IntArray
+
+    @property
+    def arrays(self) -> RayArrays:
+        """Slope, bearing and inverse distance, as kernels take them."""
+        slope, bearing = np.ascontiguousarray(self.slope), np.ascontiguousarray(self.bearing)
+        return slope, bearing, np.ascontiguousarray(self.inverse_distance)
 
     def turned(self, tilt: float, roll: float, turn: float) -> Rays:
         """Return the rays in axes turned by small angles, rad.
@@ -372,7 +378,7 @@ def _sum_rays(rays: Rays, state: _State, told_noise: float, coarse: float) -> _S
     )
     tilt, roll, turn = state.angles.tolist()
     noise, num_rays, matrix, vector, cost = sum_equations(
-        (rays.slope, rays.bearing, rays.inverse_distance),
+        rays.arrays,
         RayView(tilt, roll, turn, low, high),
         predicted.table,
         predicted.gradient,

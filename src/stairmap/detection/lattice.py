@@ -7,15 +7,16 @@ average over adjacent clusters fails (docs/method.md).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.config import EnvelopeConfig
 from stairmap.detection.nosing_search import Corners
+from stairmap.kernels import label_close, score_lattices
+from stairmap.kernels.lattices import LatticeLimits, find_members
 
 MAX_MISSED = 2
 """How many steps in a row may be missed between two that found a lattice."""
@@ -115,15 +116,13 @@ def group_corners(corners: Corners, *, num_strips: int, noise: float) -> NosingG
     """
     if len(corners) == 0:
         return NosingGroups(distance=np.zeros(0), height=np.zeros(0), strips=np.zeros((0, num_strips), bool))
-    distance, height, strip = corners.distance, corners.height, corners.strip
+    distance, height = np.ascontiguousarray(corners.distance), np.ascontiguousarray(corners.height)
+    strip = np.ascontiguousarray(corners.strip)
     tolerance = 2.0 * CORNER_STD + 2.0 * noise * distance**2
-    close = (
-        (np.abs(distance[:, None] - distance) < np.minimum(tolerance, MAX_GROUP_DISTANCE))
-        & (np.abs(height[:, None] - height) < np.minimum(tolerance, MAX_GROUP_HEIGHT))
-        & (np.abs(strip[:, None] - strip) <= MAX_STRIP_GAP)
-    )
-    count, label = connected_components(csr_matrix(close), directed=False)
-    size = np.bincount(label, minlength=count)
+    reach = np.minimum(tolerance, MAX_GROUP_DISTANCE), np.minimum(tolerance, MAX_GROUP_HEIGHT)
+    label = label_close((distance, height, strip), reach, MAX_STRIP_GAP)
+    size = np.bincount(label)
+    count = len(size)
     strips = np.zeros((count, num_strips), dtype=bool)
     strips[label, strip] = True
     keep = strips.sum(axis=1) >= MIN_STRIPS
@@ -172,62 +171,37 @@ def _find_best(
     if np.count_nonzero(free) < 2:
         return none
     distance, height = groups.distance, groups.height
-    overlap = groups.strips.astype(np.int64) @ groups.strips.T.astype(np.int64)
     smaller, larger = 1.0 - ENVELOPE_SLACK, 1.0 + ENVELOPE_SLACK
-    lower, upper = np.nonzero(
-        (height[None, :] - height[:, None] > smaller * envelope.min_rise)
-        & (overlap >= MIN_STRIPS)
-        & free[:, None]
-        & free[None, :]
-    )
-    steps = np.arange(1, MAX_MISSED + 2)
-    run = ((distance[upper] - distance[lower])[:, None] / steps).ravel()
-    rise = ((height[upper] - height[lower])[:, None] / steps).ravel()
-    anchor = np.repeat(lower, len(steps))
-    pitch = np.degrees(np.arctan2(rise, np.abs(run)))
-    allowed = (
-        (rise > smaller * envelope.min_rise)
-        & (rise < larger * envelope.max_rise)
-        & (np.abs(run) > smaller * envelope.min_run)
-        & (np.abs(run) < larger * envelope.max_run)
-        & (pitch > envelope.min_pitch_deg - PITCH_SLACK_DEG)
-        & (pitch < envelope.max_pitch_deg + PITCH_SLACK_DEG)
-    )
-    if not allowed.any():
-        return none
-    run, rise, anchor = run[allowed], rise[allowed], anchor[allowed]
-    along_s = distance[None, :] - distance[anchor][:, None]
-    along_z = height[None, :] - height[anchor][:, None]
-    index = np.rint((along_s * run[:, None] + along_z * rise[:, None]) / (run**2 + rise**2)[:, None])
-    spread = np.minimum(2.0 * noise * distance**2, MAX_SPREAD)
-    growth = 1.0 + GROWTH * np.abs(index)
-    fits = (
-        (np.abs(along_s - index * run[:, None]) < (INLIER_DISTANCE + spread) * growth)
-        & (np.abs(along_z - index * rise[:, None]) < (INLIER_HEIGHT + 0.5 * spread) * np.minimum(growth, 2.0))
-        & free[None, :]
-        & (overlap[anchor] >= 1)
-        & (np.abs(index) < MAX_INDEX)
+    limits = LatticeLimits(
+        min_rise=smaller * envelope.min_rise,
+        max_rise=larger * envelope.max_rise,
+        min_run=smaller * envelope.min_run,
+        max_run=larger * envelope.max_run,
+        min_pitch=math.radians(envelope.min_pitch_deg - PITCH_SLACK_DEG),
+        max_pitch=math.radians(envelope.max_pitch_deg + PITCH_SLACK_DEG),
+        max_steps=MAX_MISSED + 1,
+        min_shared=MIN_STRIPS,
+        max_distance=INLIER_DISTANCE,
+        max_height=INLIER_HEIGHT,
+        noise=noise,
+        max_spread=MAX_SPREAD,
+        growth=GROWTH,
+        max_index=MAX_INDEX,
+        gap_cost=GAP_COST,
     )
     size = np.minimum(groups.strips.sum(axis=1), MAX_STRIPS_COUNTED).astype(np.float64)
-    best_per_index = np.zeros((len(run), 2 * MAX_INDEX))
-    rows, columns = np.nonzero(fits)
-    np.maximum.at(best_per_index, (rows, (index[rows, columns] + MAX_INDEX).astype(np.int64)), size[columns])
-    present = best_per_index > 0
-    first = np.argmax(present, axis=1)
-    last = 2 * MAX_INDEX - 1 - np.argmax(present[:, ::-1], axis=1)
-    num_present = present.sum(axis=1)
-    num_gaps = last - first + 1 - num_present
-    typical = best_per_index.sum(axis=1) / num_present
-    score = best_per_index.sum(axis=1) - GAP_COST * num_gaps * typical
-    best = int(np.argmax(score))
-    if num_present[best] < 2:
+    run, rise, anchor, score, num_present = score_lattices(
+        (distance, height, size), groups.strips, free, limits
+    )
+    if num_present < 2:
         return none
-    inliers = fits[best]
-    k = index[best, inliers]
+    fits, index = find_members((distance, height), (run, rise, anchor), limits)
+    inliers = fits & free & (groups.strips & groups.strips[anchor]).any(axis=1)
+    k = index[inliers]
     lowest = int(k.min())
     weight = groups.strips[inliers].sum(axis=1).astype(np.float64)
-    best_run, start_s = _fit_line(k - lowest, distance[inliers], weight, float(run[best]))
-    best_rise, start_z = _fit_line(k - lowest, height[inliers], weight, float(rise[best]))
+    best_run, start_s = _fit_line(k - lowest, distance[inliers], weight, run)
+    best_rise, start_z = _fit_line(k - lowest, height[inliers], weight, rise)
     lattice = Lattice(
         distance=start_s,
         height=start_z,
@@ -235,7 +209,7 @@ def _find_best(
         rise=best_rise,
         indices=np.unique(k - lowest).astype(np.int64),
         strips=groups.strips[inliers].any(axis=0),
-        score=float(score[best]),
+        score=score,
     )
     return lattice, inliers
 

@@ -6,11 +6,31 @@ no method, no decision and no constant of the method: those are its arguments.
 
 from __future__ import annotations
 
-from stairmap.kernels import equations, outlines, predictions
+from stairmap.kernels import corners, equations, lattices, outlines, predictions, sampling
 from stairmap.kernels.choice import VARIANT, chosen, describe_kernels
 
-__all__ = ["VARIANT", "describe_kernels", "predict_rays", "sum_equations", "trace_outline"]
+__all__ = [
+    "VARIANT",
+    "describe_kernels",
+    "find_creases",
+    "find_jumps",
+    "label_close",
+    "pair_corners",
+    "predict_rays",
+    "sample_rays",
+    "sample_strips",
+    "score_lattices",
+    "sum_equations",
+    "trace_outline",
+]
 
+sample_rays = chosen(sampling.sample_rays)
+sample_strips = chosen(sampling.sample_strips)
+find_jumps = chosen(corners.find_jumps)
+find_creases = chosen(corners.find_creases)
+pair_corners = chosen(corners.pair_corners)
+label_close = chosen(lattices.label_close)
+score_lattices = chosen(lattices.score_lattices)
 trace_outline = chosen(outlines.trace_outline)
 predict_rays = chosen(predictions.predict_rays)
 sum_equations = chosen(equations.sum_equations)

@@ -52,7 +52,7 @@ def check_arrays(
 ) -> list[NDArray[Any]]:
     """Return the arrays of a tuple argument; the first axes of all must be equally long."""
     if len(values) != len(dtypes):
-        words = {3: "three", 4: "four", 5: "five", 6: "six", 7: "seven"}
+        words = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven"}
         raise ValueError(f"{name}: expected {words[len(dtypes)]} arrays, got {len(values)}")
     dims = [1] * len(dtypes) if ndims is None else ndims
     checked = [

@@ -1,6 +1,8 @@
 // All kernels of the module; each is told in its twin, the Python function of the same name.
 #pragma once
 
+#include <tuple>
+
 #include "arrays.hpp"
 
 namespace stairmap {
@@ -13,5 +15,35 @@ nb::tuple predict_rays(nb::tuple outline, nb::handle slopes, const std::array<do
 
 nb::tuple sum_equations(nb::tuple rays, const std::array<double, 5> &view, nb::tuple table, nb::handle gradients,
                         const std::array<double, 12> &limits);
+
+nb::object sample_rays(nb::handle inverse_depth, nb::handle axes, nb::handle slope, nb::handle bearing,
+                       const std::array<double, 6> &view);
+
+nb::object sample_strips(nb::handle inverse_depth, nb::handle axes, nb::handle slope, nb::handle bearing,
+                         const std::array<double, 6> &view,
+                         const std::tuple<int64_t, double, int64_t, int64_t> &means);
+
+nb::tuple find_jumps(nb::handle inverse_distance, nb::handle slope, nb::handle jump_rows,
+                     const std::tuple<double, double, double, double, int64_t, double, double> &limits);
+
+nb::tuple find_creases(nb::handle inverse_distance, nb::handle slope,
+                       const std::tuple<double, double, double, int64_t, int64_t, double, double, double, double,
+                                        double, double, double> &limits);
+
+nb::tuple pair_corners(nb::tuple corners, nb::handle bearing,
+                       const std::tuple<int64_t, double, double, double> &limits);
+
+nb::object label_close(nb::tuple corners, nb::tuple reach, int64_t max_gap);
+
+nb::tuple score_lattices(nb::tuple places, nb::handle strips, nb::handle free,
+                         const std::tuple<double, double, double, double, double, double, int64_t, int64_t, double,
+                                          double, double, double, double, int64_t, double> &limits);
+
+// Refuses numbers of strips that there are not.
+inline void check_strips(const Input<int64_t, 1> &strip, const char *name, size_t num_strips) {
+    for (size_t i = 0; i < strip.size(); ++i)
+        if (strip[i] < 0 || static_cast<uint64_t>(strip[i]) >= num_strips)
+            refuse(std::string(name) + ": expected strips below " + std::to_string(num_strips) + ", got others");
+}
 
 }  // namespace stairmap

@@ -1,5 +1,6 @@
 // The extension module stairmap.kernels._compiled.
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/tuple.h>
 
 #include "kernels.hpp"
 
@@ -12,4 +13,12 @@ NB_MODULE(_compiled, module) {
     module.def("predict_rays", &stairmap::predict_rays, "outline"_a, "slopes"_a, "edges"_a, "kinds"_a,
                "has_gradient"_a);
     module.def("sum_equations", &stairmap::sum_equations, "rays"_a, "view"_a, "table"_a, "gradients"_a, "limits"_a);
+    module.def("sample_rays", &stairmap::sample_rays, "inverse_depth"_a, "axes"_a, "slope"_a, "bearing"_a, "view"_a);
+    module.def("sample_strips", &stairmap::sample_strips, "inverse_depth"_a, "axes"_a, "slope"_a, "bearing"_a,
+               "view"_a, "means"_a);
+    module.def("find_jumps", &stairmap::find_jumps, "inverse_distance"_a, "slope"_a, "jump_rows"_a, "limits"_a);
+    module.def("find_creases", &stairmap::find_creases, "inverse_distance"_a, "slope"_a, "limits"_a);
+    module.def("pair_corners", &stairmap::pair_corners, "corners"_a, "bearing"_a, "limits"_a);
+    module.def("label_close", &stairmap::label_close, "corners"_a, "reach"_a, "max_gap"_a);
+    module.def("score_lattices", &stairmap::score_lattices, "places"_a, "strips"_a, "free"_a, "limits"_a);
 }
