@@ -11,8 +11,10 @@ import pytest
 
 from command_line import check_refused, stairmap
 from small_recordings import write_recording
+from stairmap.drop import Drop
 from stairmap.export.results import RunFolder
 from stairmap.navigation.occupancy import OccupancyGrid, dump_map, load_map
+from stairmap.trajectory import Trajectory
 from walkable_stairways import make_flight, make_stairway
 
 
@@ -163,3 +165,40 @@ def test_plan_refuses_its_output_before_it_maps(run_folder, tmp_path):
     (tmp_path / "file").write_text("mine")
     outcome = stairmap("plan", run_folder, "--recording", tmp_path / "none", "-o", tmp_path / "file")
     check_refused(outcome, "is a file; name a folder")
+
+
+def test_masks_and_graph_of_an_earlier_robot_are_removed_by_the_next_export(tower, tmp_path):
+    """Wheels once followed the graph that a climber's export had left beside their masks."""
+    folder, _ = tower
+    formats = ("-f", "nav2-graph", "-f", "keepout", "-o", tmp_path / "out")
+    assert stairmap("export", folder, *formats, "--robot", "spot").code == 0
+    (tmp_path / "out" / "keepout_floor_7.yaml").write_text("of another run")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "keepout_floor_7.yaml", "route_graph.geojson",
+    ]  # fmt: skip
+    outcome = stairmap("export", folder, *formats, "--robot", "wheeled")
+    assert outcome.code == 1
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "keepout_floor_0.pgm", "keepout_floor_0.yaml", "keepout_floor_1.pgm", "keepout_floor_1.yaml",
+    ]  # fmt: skip
+    assert stairmap("export", folder, *formats, "--robot", "spot").code == 0
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["route_graph.geojson"]
+
+
+def test_a_run_that_saw_a_drop_and_no_stairs_has_a_mask(tmp_path):
+    (tmp_path / "dock").mkdir()
+    edge = np.array([[2.0, 1.0, 0.0], [2.0, -1.0, 0.0]])
+    drop = Drop(id=1, edge=edge, depth=1.1, num_observations=9, first_seen_ns=0, last_seen_ns=1)
+    folder = RunFolder(tmp_path / "dock")
+    folder.write_stairways([], num_frames=9, drops=[drop], camera_height=0.3)
+    poses = np.tile(np.eye(4), (9, 1, 1))
+    poses[:, 2, 3] = 0.3
+    folder.write_trajectory(Trajectory(stamps_ns=np.arange(9) * 10**8, map_from_camera=poses))
+    outcome = stairmap(
+        "export", tmp_path / "dock", "-f", "keepout", "-o", tmp_path / "out", "--robot", "spot"
+    )
+    assert outcome.code == 0, outcome.stderr
+    mask = load_map(tmp_path / "out" / "keepout_floor_0.yaml")
+    assert mask.value_at((1.8, 0.0)) == 100
+    assert mask.value_at((1.6, 0.0)) == 0
+    check_refused(stairmap("export", tmp_path / "dock", "-f", "obj"), "holds no stairway")

@@ -151,7 +151,9 @@ def test_the_descending_edge_is_forbidden_and_the_ground_behind_it_is_not():
     assert mask.value_at((edge + 0.2, 2.0)) == 100
     assert mask.value_at((edge - 0.2, 2.0)) == 100
     assert mask.value_at((edge + 0.5, 2.0)) == 0
-    assert mask.value_at((edge + 0.2, 2.8)) == 0
+    # The well's sides are edges as well: 0.3 m beside its 1.2 m of width.
+    assert mask.value_at((edge + 0.2, 2.8)) == 100
+    assert mask.value_at((edge + 0.2, 2.95)) == 0
 
 
 def test_a_floor_that_no_stairway_touches_needs_no_mask():

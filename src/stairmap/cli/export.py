@@ -13,7 +13,14 @@ from stairmap.export.geojson import EarthAnchor, osm_from_stairways
 from stairmap.export.ifc import dump_ifc
 from stairmap.export.loading import ResultsError, load_stairways
 from stairmap.export.mesh import dump_obj, dump_ply
-from stairmap.export.nav2 import dump_json, dump_keepout_masks, dump_route_graph, route_graph_from_portals
+from stairmap.export.nav2 import (
+    ROUTE_GRAPH_FILE,
+    dump_json,
+    dump_keepout_masks,
+    dump_route_graph,
+    remove_navigation_files,
+    route_graph_from_portals,
+)
 from stairmap.navigation.portals import ANY_ROBOT, make_portals
 from stairmap.navigation.robot_profile import RobotProfile, load_robot
 from stairmap.output_files import check_new_file, output_error
@@ -22,7 +29,8 @@ from stairmap.output_files import check_new_file, output_error
 def export_stairways(request: ExportRequest) -> int:
     """Write the stairways of a run in each format that was asked for; return the exit code.
 
-    A format that cannot be written does not keep the others from being written.
+    A format that cannot be written does not keep the others from being written. Masks and graphs of an
+    earlier export are removed from the folder: a robot must not obey those of another robot.
 
     Raises
     ------
@@ -38,13 +46,16 @@ def export_stairways(request: ExportRequest) -> int:
     anchor = None if request.anchor is None else EarthAnchor(
         latitude=request.anchor[0], longitude=request.anchor[1], bearing=request.anchor[2]
     )  # fmt: skip
-    if not load_stairways(request.run).stairways:
+    results = load_stairways(request.run)
+    if not results.stairways and not (results.drops and set(request.formats) == {"keepout"}):
         raise ResultsError(f"{request.run} holds no stairway, so there is nothing to export")
     building = load_building(request.run)
     try:
         request.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise output_error(request.output, error) from error
+    for name in request.formats:
+        remove_navigation_files(request.output, name)
     tried = [_try_export(name, building, request.output, robot, anchor) for name in request.formats]
     errors = [outcome for outcome in tried if outcome is not None]
     for failure in errors[:-1]:
@@ -75,18 +86,18 @@ def _export(
 ) -> tuple[Path, ...]:
     stairways, floors = building.stairways, building.floors
     if name == "keepout":
-        paths = dump_keepout_masks(stairways, floors, folder, robot=robot)
+        paths = dump_keepout_masks(stairways, floors, folder, drops=building.drops, robot=robot)
         if not paths:
-            typer.echo("no keep-out mask: the robot can climb every stairway", err=True)
+            typer.echo("no keep-out mask: the robot can climb every stairway, and no drop was seen", err=True)
         return paths
     path = folder / {
-        "nav2-graph": "route_graph.geojson", "osm": "stairways_osm.geojson", "ifc": "stairways.ifc",
+        "nav2-graph": ROUTE_GRAPH_FILE, "osm": "stairways_osm.geojson", "ifc": "stairways.ifc",
         "ply": "stairways.ply", "obj": "stairways.obj",
     }[name]  # fmt: skip
     check_new_file(path, option="-f " + name + ":")
     if name == "nav2-graph":
         profile = ANY_ROBOT if robot is None else robot
-        portals = make_portals(stairways, floors, profile)
+        portals = make_portals(stairways, floors, profile, building.drops)
         dump_route_graph(
             route_graph_from_portals(
                 portals, robot=profile, frame_id=building.frame_id, allow_unknown=robot is None

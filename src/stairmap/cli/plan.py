@@ -49,8 +49,11 @@ def plan_way(request: PlanRequest) -> int:
     building = load_building(request.run, camera_height=request.camera_height)
     stairways, floors, trajectory = building.stairways, building.floors, building.trajectory
     grids = _load_grids(request, floors, trajectory)
-    portals = tuple(note_obstacles(p, grids) for p in make_portals(stairways, floors, robot))
-    blocked = {level: block_stairs(grid, stairways, floors, level) for level, grid in grids.items()}
+    portals = tuple(note_obstacles(p, grids) for p in make_portals(stairways, floors, robot, building.drops))
+    blocked = {
+        level: block_stairs(grid, stairways, floors, level, drops=building.drops)
+        for level, grid in grids.items()
+    }
     planner = FloorPlanner(blocked, portals, robot, allow_unknown=request.allow_unknown)
     x, y, level = _start(request, floors, trajectory)
     route: Route | None = None

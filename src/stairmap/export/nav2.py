@@ -16,16 +16,19 @@ from typing import Any
 
 import numpy as np
 
+from stairmap.drop import Drop
 from stairmap.errors import OutputError
 from stairmap.export.results import null_for_nan
 from stairmap.navigation.floors import FloorStack
-from stairmap.navigation.footprints import make_keepout_mask
+from stairmap.navigation.footprints import forbidden_ground, make_keepout_mask
 from stairmap.navigation.occupancy import OccupancyGrid, dump_map
 from stairmap.navigation.portals import ANY_ROBOT, Portal, StagingPose
 from stairmap.navigation.robot_profile import RobotProfile
-from stairmap.navigation.traversability import assess
-from stairmap.output_files import write_whole_text
+from stairmap.output_files import output_error, write_whole_text
 from stairmap.stairway import Stairway, rounded
+
+ROUTE_GRAPH_FILE = "route_graph.geojson"
+_MASK_NAME = "keepout_floor_"
 
 
 def route_graph_from_portals(
@@ -109,13 +112,14 @@ def dump_keepout_masks(
     floors: FloorStack,
     folder: Path,
     *,
+    drops: Sequence[Drop] = (),
     robot: RobotProfile | None = None,
     grids: Mapping[int, OccupancyGrid] | None = None,
 ) -> tuple[Path, ...]:
-    """Write a Nav2 keep-out mask for each floor that stairs touch.
+    """Write a Nav2 keep-out mask for each floor that stairs or drops touch.
 
     The files are ``keepout_floor_<level>.yaml`` and ``.pgm``. Black ground is forbidden: stairs, the space
-    under them, and the strip before each descending edge.
+    under them, and the strip before each edge.
 
     Parameters
     ----------
@@ -123,8 +127,11 @@ def dump_keepout_masks(
         What there is.
     folder
         Where to write; created if needed.
+    drops
+        Where the ground ends.
     robot
-        Stairs that it can climb stay open. ``None``: all are forbidden, as for wheels.
+        Stairs that it can climb stay open, and so do their own edges. ``None``: all are forbidden, as for
+        wheels.
     grids
         Maps whose extent and resolution the masks take, by level.
 
@@ -137,16 +144,41 @@ def dump_keepout_masks(
     OutputError
         If a file cannot be written.
     """
-    forbidden = [
-        stairway for stairway in stairways if robot is None or assess(stairway, robot).verdict != "passable"
-    ]
+    forbidden, edges = forbidden_ground(stairways, drops, robot)
     paths = []
     for floor in floors.floors:
         like = None if grids is None else grids.get(floor.level)
-        mask = make_keepout_mask(forbidden, floors, floor.level, like=like)
+        mask = make_keepout_mask(forbidden, floors, floor.level, drops=edges, like=like)
         if mask is not None:
-            paths.append(dump_map(mask, folder, f"keepout_floor_{floor.level}"))
+            paths.append(dump_map(mask, folder, f"{_MASK_NAME}{floor.level}"))
     return tuple(paths)
+
+
+def remove_navigation_files(folder: Path, name: str) -> None:
+    """Remove what an earlier export of a format wrote into a folder.
+
+    Only the formats that robots obey: an old mask of a floor beside new ones, or the graph of a robot that
+    climbs beside the masks of one that does not, would lead a robot over an edge.
+
+    Parameters
+    ----------
+    folder
+        Where exports are written.
+    name
+        ``keepout`` or ``nav2-graph``; for others, nothing is removed.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be removed.
+    """
+    patterns = {"keepout": (f"{_MASK_NAME}*.yaml", f"{_MASK_NAME}*.pgm"), "nav2-graph": (ROUTE_GRAPH_FILE,)}
+    try:
+        for pattern in patterns.get(name, ()):
+            for path in sorted(folder.glob(pattern)):
+                path.unlink()
+    except OSError as error:
+        raise output_error(folder, error) from error
 
 
 def dump_json(values: Mapping[str, Any], path: Path) -> None:

@@ -1,7 +1,8 @@
 """Where stairs are on the map of a floor: ground that wheels must never touch.
 
 On the floor below it is the part of the stairway under which nobody can pass; on the floor above it is the
-whole well, and a strip before the descending edge, which no depth camera sees as an obstacle.
+whole well, and a strip before each edge, which no depth camera sees as an obstacle. So it is on each floor
+that the well cuts in passing, and before every other drop.
 """
 
 from __future__ import annotations
@@ -13,8 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import Float64Array, Mask
+from stairmap.drop import Drop
+from stairmap.navigation.carried_stairs import carry_to_floors
 from stairmap.navigation.floors import FloorStack
 from stairmap.navigation.occupancy import FREE, OCCUPIED, OccupancyGrid
+from stairmap.navigation.robot_profile import RobotProfile
+from stairmap.navigation.traversability import assess
 from stairmap.stairway import Flight, Stairway
 
 HEADROOM = 2.0
@@ -26,8 +31,11 @@ EDGE_MARGIN = 0.30
 FOOT_MARGIN = 0.05
 """Width of the strip before the first riser, m."""
 
-OPEN_MARGIN = 1.2
-"""Width of the strip beyond an end of stairs that nobody saw, m, where they may go on: four treads."""
+BEYOND_EDGE = 0.20
+"""Width of the strip beyond an edge that is forbidden too, m: the edge is known to a few centimetres."""
+
+MAX_DROP_OFFSET = 0.4
+"""A drop is on a floor within this of its height, m."""
 
 _BORDER = 1.0
 """Free border around the stairs of a mask that no map gives its extent, m."""
@@ -57,36 +65,81 @@ class Rectangle:
         return np.asarray(local @ np.array([[cosine, sine], [-sine, cosine]]) + np.array(self.center))
 
 
-def stair_rectangles(stairway: Stairway, floors: FloorStack, level: int) -> tuple[Rectangle, ...]:
-    """Return what a stairway covers on a floor; nothing on a floor that it does not end on."""
+def stair_rectangles(
+    stairway: Stairway,
+    floors: FloorStack,
+    level: int,
+    *,
+    drops: Sequence[Drop] = (),
+    side_margin: float = 0.0,
+) -> tuple[Rectangle, ...]:
+    """Return what a stairway covers on a floor; nothing on a floor below or above it.
+
+    Parameters
+    ----------
+    stairway, floors, level
+        Which stairs on which floor.
+    drops
+        Edges of the ground; those of this stairway tell where its upper end is.
+    side_margin
+        Width of the strip beside the well on floors that it cuts, m.
+    """
     lower, upper = floors.levels[stairway.id]
-    if level not in (lower, upper):
+    if not lower <= level <= upper:
         return ()
     floor_height = floors.floor(level).height
+    carried = carry_to_floors(stairway, floors, drops)
+    flights = carried.stairway.flights
+    side = 0.0 if level == lower else side_margin
     rectangles = []
-    for flight in stairway.flights:
+    for flight in flights:
         covered = flight.num_risers
         if level == lower:
             covered = int((floor_height + HEADROOM - flight.base[2]) / flight.rise)
-        foot = FOOT_MARGIN if level == lower and flight is stairway.flights[0] else 0.0
-        edge = EDGE_MARGIN if level == upper and flight is stairway.flights[-1] else 0.0
-        if foot and floors.has_open_end(stairway.id, upper=False):
-            foot += OPEN_MARGIN
-        if edge and floors.has_open_end(stairway.id, upper=True):
-            edge += OPEN_MARGIN
+        foot = edge = 0.0
+        if flight is flights[0]:
+            # On a floor that the well cuts in passing, both ends of the hole are edges.
+            foot = EDGE_MARGIN if level not in (lower, upper) else FOOT_MARGIN if level == lower else 0.0
+            foot += carried.unknown_below if level == lower else 0.0
+        if flight is flights[-1] and level != lower:
+            edge = EDGE_MARGIN + carried.unknown_above
         if covered > 0:
-            rectangles.append(_flight_rectangle(flight, min(covered, flight.num_risers), foot, edge))
+            rectangles.append(_flight_rectangle(flight, min(covered, flight.num_risers), (foot, edge), side))
     for landing in stairway.landings:
-        if level == upper or landing.center[2] < floor_height + HEADROOM:
+        if level != lower or landing.center[2] < floor_height + HEADROOM:
             rectangles.append(
                 Rectangle(
                     center=(float(landing.center[0]), float(landing.center[1])),
                     heading=landing.heading,
-                    length=landing.size[0],
-                    width=landing.size[1],
+                    length=landing.size[0] + 2 * side,
+                    width=landing.size[1] + 2 * side,
                 )
             )
     return tuple(rectangles)
+
+
+def drop_rectangles(drops: Iterable[Drop], floors: FloorStack, level: int) -> tuple[Rectangle, ...]:
+    """Return the strips before the edges of a floor: from ``EDGE_MARGIN`` before each to a bit beyond."""
+    height = floors.floor(level).height
+    nearest = {drop.id: _level_of(drop, floors) for drop in drops}
+    rectangles = []
+    for drop in drops:
+        if nearest[drop.id] != level or abs(float(drop.center[2]) - height) > MAX_DROP_OFFSET:
+            continue
+        middle = drop.center + 0.5 * (BEYOND_EDGE - EDGE_MARGIN) * drop.outward
+        rectangles.append(
+            Rectangle(
+                center=(float(middle[0]), float(middle[1])),
+                heading=math.atan2(drop.outward[1], drop.outward[0]),
+                length=EDGE_MARGIN + BEYOND_EDGE,
+                width=drop.length + 2 * EDGE_MARGIN,
+            )
+        )
+    return tuple(rectangles)
+
+
+def _level_of(drop: Drop, floors: FloorStack) -> int:
+    return min(floors.floors, key=lambda floor: abs(floor.height - float(drop.center[2]))).level
 
 
 def cover_mask(grid: OccupancyGrid, rectangles: Iterable[Rectangle]) -> Mask:
@@ -100,12 +153,20 @@ def cover_mask(grid: OccupancyGrid, rectangles: Iterable[Rectangle]) -> Mask:
 
 
 def block_stairs(
-    grid: OccupancyGrid, stairways: Iterable[Stairway], floors: FloorStack, level: int
+    grid: OccupancyGrid,
+    stairways: Iterable[Stairway],
+    floors: FloorStack,
+    level: int,
+    *,
+    drops: Sequence[Drop] = (),
 ) -> OccupancyGrid:
-    """Return a map of a floor on which the only way over stairs is their portal."""
+    """Return a map of a floor on which the only way over stairs is their portal, and none over drops."""
     rectangles = [
-        rectangle for stairway in stairways for rectangle in stair_rectangles(stairway, floors, level)
+        rectangle
+        for stairway in stairways
+        for rectangle in stair_rectangles(stairway, floors, level, drops=drops)
     ]
+    rectangles += drop_rectangles(drops, floors, level)
     cells = np.where(cover_mask(grid, rectangles), OCCUPIED, grid.cells).astype(np.int8)
     return OccupancyGrid(cells=cells, resolution=grid.resolution, origin=grid.origin)
 
@@ -115,10 +176,11 @@ def make_keepout_mask(
     floors: FloorStack,
     level: int,
     *,
+    drops: Sequence[Drop] = (),
     like: OccupancyGrid | None = None,
     resolution: float = 0.05,
 ) -> OccupancyGrid | None:
-    """Return the ground of a floor that stairs forbid: 100 there, 0 elsewhere.
+    """Return the ground of a floor that stairs and drops forbid: 100 there, 0 elsewhere.
 
     Parameters
     ----------
@@ -126,6 +188,8 @@ def make_keepout_mask(
         Those that are forbidden, such as all that a robot cannot climb.
     floors, level
         Which floor.
+    drops
+        Edges that are forbidden; see ``forbidden_ground``.
     like
         Map whose extent and resolution the mask takes; ``None``: around the stairs.
     resolution
@@ -133,11 +197,14 @@ def make_keepout_mask(
 
     Returns
     -------
-    The mask; ``None`` where no stairway touches the floor and no map gives an extent.
+    The mask; ``None`` where nothing touches the floor and no map gives an extent.
     """
     rectangles = [
-        rectangle for stairway in stairways for rectangle in stair_rectangles(stairway, floors, level)
+        rectangle
+        for stairway in stairways
+        for rectangle in stair_rectangles(stairway, floors, level, drops=drops, side_margin=EDGE_MARGIN)
     ]
+    rectangles += drop_rectangles(drops, floors, level)
     if like is None:
         if not rectangles:
             return None
@@ -153,7 +220,26 @@ def make_keepout_mask(
     return OccupancyGrid(cells=cells.astype(np.int8), resolution=like.resolution, origin=like.origin)
 
 
-def _flight_rectangle(flight: Flight, num_risers: int, foot: float, edge: float) -> Rectangle:
+def forbidden_ground(
+    stairways: Sequence[Stairway], drops: Sequence[Drop], robot: RobotProfile | None
+) -> tuple[tuple[Stairway, ...], tuple[Drop, ...]]:
+    """Return the stairways that a robot cannot climb, and the drops but those of stairs that it can.
+
+    ``None`` stands for any robot on wheels: all are forbidden.
+    """
+    if robot is None:
+        return tuple(stairways), tuple(drops)
+    passable = {stairway.id for stairway in stairways if assess(stairway, robot).verdict == "passable"}
+    return (
+        tuple(stairway for stairway in stairways if stairway.id not in passable),
+        tuple(drop for drop in drops if drop.stairway_id not in passable),
+    )
+
+
+def _flight_rectangle(
+    flight: Flight, num_risers: int, margins: tuple[float, float], side: float
+) -> Rectangle:
+    foot, edge = margins
     begin = -foot
     # The tread of the last riser that counts belongs to the stairs, unless that is the floor itself.
     end = (num_risers - 1) * flight.run + edge
@@ -164,5 +250,5 @@ def _flight_rectangle(flight: Flight, num_risers: int, foot: float, edge: float)
         center=(float(middle[0]), float(middle[1])),
         heading=flight.heading,
         length=end - begin,
-        width=flight.width,
+        width=flight.width + 2 * side,
     )

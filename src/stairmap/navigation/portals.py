@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 
 from stairmap.arrays import Points, Vector, readonly
+from stairmap.drop import Drop
 from stairmap.modeling.landings import top_of
+from stairmap.navigation.carried_stairs import carry_to_floors
 from stairmap.navigation.floors import FloorStack
 from stairmap.navigation.limits import Verdict
 from stairmap.navigation.occupancy import FREE, UNKNOWN, OccupancyGrid
@@ -118,18 +120,26 @@ class Portal:
         }
 
 
-def make_portal(stairway: Stairway, floors: FloorStack, robot: RobotProfile = ANY_ROBOT) -> Portal:
+def make_portal(
+    stairway: Stairway, floors: FloorStack, robot: RobotProfile = ANY_ROBOT, drops: Sequence[Drop] = ()
+) -> Portal:
     """Return a stairway as a portal for a robot.
+
+    An end that nobody saw is carried on to the floor that the stairs must reach (``carry_to_floors``), and
+    its staging pose stands farther off by what is not known.
 
     ``cost = length / stair_speed + alignment_time · (flights + 1) + risk · height``, with the risk of going
     up or down.
     """
     lower_level, upper_level = floors.levels[stairway.id]
-    first, last = stairway.flights[0], stairway.flights[-1]
+    carried = carry_to_floors(stairway, floors, drops)
+    flights = carried.stairway.flights
+    first, last = flights[0], flights[-1]
     top = top_of(last)
-    begin, end = first.base - STANDOFF * first.forward, top + STANDOFF * last.forward
+    begin = first.base - (STANDOFF + carried.unknown_below) * first.forward
+    end = top + (STANDOFF + carried.unknown_above) * last.forward
     points = [begin]
-    for flight in stairway.flights:
+    for flight in flights:
         points += [flight.base, top_of(flight)]
     way = np.array([*points, end])
     length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
@@ -160,10 +170,13 @@ def make_portal(stairway: Stairway, floors: FloorStack, robot: RobotProfile = AN
 
 
 def make_portals(
-    stairways: Sequence[Stairway], floors: FloorStack, robot: RobotProfile = ANY_ROBOT
+    stairways: Sequence[Stairway],
+    floors: FloorStack,
+    robot: RobotProfile = ANY_ROBOT,
+    drops: Sequence[Drop] = (),
 ) -> tuple[Portal, ...]:
     """Return all stairways as portals for a robot; see ``make_portal``."""
-    return tuple(make_portal(stairway, floors, robot) for stairway in stairways)
+    return tuple(make_portal(stairway, floors, robot, drops) for stairway in stairways)
 
 
 def note_obstacles(portal: Portal, grids: Mapping[int, OccupancyGrid]) -> Portal:
