@@ -73,6 +73,10 @@ class OutputError(StairmapError):
     """A result cannot be written."""
 
 
+class BatchError(StairmapError):
+    """A batch of recordings cannot be started or go on."""
+
+
 class ResultsError(StairmapError):
     """A run folder, or a file in it, cannot be read."""
 

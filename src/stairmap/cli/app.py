@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 import stairmap
+from stairmap.cli.commands.batch import batch
 from stairmap.cli.commands.check import check
 from stairmap.cli.commands.config import config
 from stairmap.cli.commands.demo import demo
@@ -40,6 +41,7 @@ Examples:
 )
 for command in (
     run,
+    batch,
     detect,
     live,
     view,

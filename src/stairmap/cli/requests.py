@@ -54,6 +54,47 @@ class RunRequest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BatchRequest:
+    """What ``stairmap batch`` was asked for.
+
+    Attributes
+    ----------
+    recordings
+        Paths, folders, globs, addresses and ``@`` lists.
+    output
+        Folder or address.
+    num_workers
+        Processes on this machine; ``None``: one a core, 0: one without dask.
+    scheduler
+        Address of a dask scheduler instead.
+    memory_limit
+        Of each process on this machine, such as ``4GiB``, or ``auto``.
+    robots
+        Profiles.
+    with_reports
+        Whether each run folder gets a ``report.html``.
+    with_odometry, up, pose_format, bag, method, config_file, overrides
+        As in ``RunRequest``.
+    """
+
+    recordings: tuple[str, ...]
+    output: str
+    num_workers: int | None
+    scheduler: str | None
+    memory_limit: str
+    robots: tuple[str, ...]
+    with_reports: bool
+    with_odometry: bool
+    up: str | None
+    pose_format: str | None
+    bag: BagOptions
+    method: str
+    config_file: Path | None
+    overrides: tuple[str, ...]
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LiveRequest:
     """What ``stairmap live`` was asked for; without a number of frames, until Ctrl-C."""
 

@@ -10,6 +10,7 @@ import numpy as np
 from stairmap.arrays import Transform
 from stairmap.frame import DepthFrame
 from stairmap.recordings.base import Recording
+from stairmap.recordings.image_folder import ImageFolderRecording
 from stairmap.trajectory import Trajectory
 
 
@@ -26,6 +27,21 @@ def numbered_frames(recording: Recording) -> Iterator[tuple[int, DepthFrame]]:
     """
     frames = ((count + len(recording.problems.skipped), frame) for count, frame in enumerate(recording))
     return chain(list(islice(frames, 1)), frames)
+
+
+def frames_between(recording: Recording, first_ns: int, last_ns: int) -> Iterator[DepthFrame]:
+    """Return the frames of a recording from one stamp to another, both included, nanoseconds.
+
+    Of an image folder only these are read; of a bag all before them are too.
+    """
+    if isinstance(recording, ImageFolderRecording):
+        yield from recording.frames_between(first_ns, last_ns)
+        return
+    for frame in recording:
+        if frame.stamp_ns > last_ns:
+            return
+        if frame.stamp_ns >= first_ns:
+            yield frame
 
 
 def placed_frames(

@@ -175,19 +175,29 @@ class ImageFolderRecording:
         RecordingError
             At the end, if no image could be read.
         """
+        yield from self._read(0, self.num_frames)
+        if len(self._skipped) == self.num_frames:
+            raise RecordingError(
+                f"none of the {self.num_frames} images of {self._folder} can be read; the first: "
+                f"{self._skipped[0]}"
+            )
+
+    def frames_between(self, first_ns: int, last_ns: int) -> Iterator[DepthFrame]:
+        """Read the frames from one stamp to another, both included, nanoseconds; see ``__iter__``."""
+        first = int(np.searchsorted(self._stamps_ns, first_ns, side="left"))
+        yield from self._read(first, int(np.searchsorted(self._stamps_ns, last_ns, side="right")))
+
+    def _read(self, first: int, end: int) -> Iterator[DepthFrame]:
+        """Read the frames with these numbers."""
         skipped: list[SkippedFrame] = []
         self._skipped = skipped
-        for image, up in zip(self._images, self._ups, strict=True):
+        for image, up in zip(self._images[first:end], self._ups[first:end], strict=True):
             try:
                 depth = self._load_depth(image)
             except RecordingError as error:
                 skipped.append(SkippedFrame(stamp_ns=image.stamp_ns, source=image.name, reason=str(error)))
                 continue
             yield DepthFrame(stamp_ns=image.stamp_ns, depth=depth, camera=self.camera, up=up)
-        if len(skipped) == self.num_frames:
-            raise RecordingError(
-                f"none of the {self.num_frames} images of {self._folder} can be read; the first: {skipped[0]}"
-            )
 
     def _load_depth(self, image: ListedImage) -> DepthImage:
         data = read_limited(image.path, max_size=MAX_IMAGE_SIZE, error_type=RecordingError)
