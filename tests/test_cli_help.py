@@ -15,7 +15,19 @@ from stairmap.kernels import describe_kernels
 from stairmap.pipeline import METHODS
 from stairmap.recordings.map_up import UP_AUTO, UP_AXES
 
-COMMANDS = ("run", "detect", "inspect", "view", "check", "export", "plan", "demo", "simulate", "config")
+COMMANDS = (
+    "run",
+    "detect",
+    "inspect",
+    "view",
+    "check",
+    "export",
+    "plan",
+    "demo",
+    "simulate",
+    "config",
+    "batch",
+)
 
 HEAVY = ("numpy", "scipy", "cv2", "pydantic", "yaml", "matplotlib", "embreex", "jinja2", "rerun", "foxglove")
 

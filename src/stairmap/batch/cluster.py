@@ -130,7 +130,7 @@ class DaskPool:
         if future.status == "finished":
             try:
                 result: RecordingResult = pickle.loads(future.result(timeout=RESULT_TIMEOUT))
-            except (TimeoutError, asyncio.TimeoutError):  # noqa: UP041 - two before Python 3.11
+            except (TimeoutError, asyncio.TimeoutError):
                 self._watch(job, future)
                 return None
             self._futures.pop(job.folder, None)
