@@ -212,16 +212,46 @@ class MapSession:
         What the frame sees or misses of the flights known so far enters too, if it has a pose: the result of
         ``look``, which is asked for where it is not given.
         """
-        num_observations = self._num_observations + len(detection.observations)
-        if num_observations > MAX_OBSERVATIONS:
+        self._check_room(detection)
+        if looks is None:
+            looks = () if map_from_camera is None else self.look(frame, map_from_camera)
+        self._take(frame.stamp_ns, detection, map_from_camera, looks)
+
+    def take_points(self, detection: Detection, map_from_sensor: Transform | None) -> None:
+        """Let what was found in points without an image enter the map, such as a window of sweeps.
+
+        Parameters
+        ----------
+        detection
+            Its stamp is newer than those before it, its observations are in the frame of the sensor.
+        map_from_sensor
+            (4, 4) pose of that frame; ``None`` as for ``add``.
+
+        Raises
+        ------
+        TrajectoryError, MapFullError
+            See ``add``.
+        """
+        self._poses.check_stamp(detection.stamp_ns)
+        self._check_room(detection)
+        self._take(detection.stamp_ns, detection, map_from_sensor, ())
+
+    def _check_room(self, detection: Detection) -> None:
+        if self._num_observations + len(detection.observations) > MAX_OBSERVATIONS:
             raise MapFullError(
                 f"the map holds {self._num_observations:,} observations, of {MAX_OBSERVATIONS:,} at most; "
                 "leave out frames from places that were looked from often, or begin a new session"
             )
-        if looks is None:
-            looks = () if map_from_camera is None else self.look(frame, map_from_camera)
-        self._poses.add(frame.stamp_ns, map_from_camera)
-        self._num_observations = num_observations
+
+    def _take(
+        self,
+        stamp_ns: int,
+        detection: Detection,
+        map_from_sensor: Transform | None,
+        looks: tuple[Look, ...],
+    ) -> None:
+        self._poses.add(stamp_ns, map_from_sensor)
+        self._num_observations += len(detection.observations)
         if isinstance(self.modeler, LookingModeler):
             for look in looks:
                 self.modeler.add_look(look)

@@ -112,6 +112,16 @@ CameraOption: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
+CloudTopicOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--cloud-topic",
+        metavar="TOPIC",
+        help="Sweeps of a LiDAR (PointCloud2, Livox CustomMsg), instead of depth images.",
+        rich_help_panel=BAG,
+        show_default=False,
+    ),
+]
 PoseTopicOption: TypeAlias = Annotated[
     str | None,
     typer.Option(

@@ -15,6 +15,7 @@ from stairmap.cli.plain_table import format_columns
 from stairmap.cli.progress import FrameProgress
 from stairmap.cli.report_facts import report_facts
 from stairmap.cli.requests import RunRequest
+from stairmap.cli.run_sweeps import run_sweeps
 from stairmap.cli.view import open_live_view
 from stairmap.config import Config, load_config
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
@@ -28,6 +29,7 @@ from stairmap.recording_run import RecordingRun, RunOutcome
 from stairmap.recordings.base import Recording
 from stairmap.recordings.identity import identify_recording
 from stairmap.recordings.odometry import config_with_drift
+from stairmap.recordings.open import has_only_sweeps
 
 
 def run_recording(request: RunRequest) -> int:
@@ -39,6 +41,10 @@ def run_recording(request: RunRequest) -> int:
         If the recording, its poses or the output folder cannot be used.
     """
     given = request.input
+    if given.bag.cloud_topic is not None or (
+        given.bag.depth_topic is None and has_only_sweeps(given.recording)
+    ):
+        return run_sweeps(request)
     config = load_config(given.config_file, given.overrides)
     robots = [load_robot(name) for name in request.robots]
     recording, up, config = _open(request, config)

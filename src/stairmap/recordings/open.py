@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stairmap.errors import RecordingError
 from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.base import Recording, WatchOpening
 from stairmap.recordings.image_folder import CAMERA_FILE, DEPTH_LIST, ImageFolderRecording
+
+if TYPE_CHECKING:
+    from stairmap.recordings.bags.sweeps import SweepRecording
 
 _FOLDER_PARTS = (
     f"a bag (.bag, .mcap, .db3), or a folder with {DEPTH_LIST}, {CAMERA_FILE} and depth images "
@@ -77,6 +81,56 @@ def open_recording(
     except OSError as error:
         raise RecordingError(f"cannot open {path}: {error.strerror}") from error
     raise RecordingError(f"expected a recording, but there is no {path}; check the path")
+
+
+def open_sweeps(
+    path: Path,
+    *,
+    trajectory: Path | None = None,
+    up: str | None = None,
+    pose_format: str | None = None,
+    bag: BagOptions | None = None,
+    watch: WatchOpening | None = None,
+) -> SweepRecording:
+    """Open the sweeps of a LiDAR in a bag; for parameters and errors see ``open_recording``."""
+    from stairmap.recordings.bags.bag import METADATA, is_bag  # noqa: PLC0415
+    from stairmap.recordings.bags.sweeps import SweepRecording  # noqa: PLC0415
+
+    path, options = Path(path), bag or BagOptions()
+    try:
+        if not path.exists():
+            raise RecordingError(f"expected a bag, but there is no {path}; check the path")
+        if not is_bag(path):
+            raise RecordingError(
+                f"expected a bag with sweeps of a LiDAR (.bag, .mcap, .db3), but {path} is none"
+            )
+        if trajectory is not None and (options.pose_topic or options.map_frame):
+            raise RecordingError("--trajectory gives all poses; leave --pose-topic and --map-frame out")
+        folder = path.parent if path.name == METADATA else path
+        return SweepRecording(
+            folder, trajectory=trajectory, up=up, pose_format=pose_format, options=options, watch=watch
+        )
+    except OSError as error:
+        raise RecordingError(f"cannot open {path}: {error.strerror}") from error
+
+
+def has_only_sweeps(path: Path) -> bool:
+    """Tell whether a path is a bag with sweeps of a LiDAR and without depth images."""
+    from stairmap.recordings.bags.bag import Bag, is_bag  # noqa: PLC0415
+    from stairmap.recordings.bags.depth import peek_encodings  # noqa: PLC0415
+    from stairmap.recordings.bags.topics import CLOUDS, has_depth_topic, topics_of_type  # noqa: PLC0415
+
+    path = Path(path)
+    try:
+        if not path.exists() or (path / DEPTH_LIST).exists() or not is_bag(path):
+            return False
+        found = Bag(path)
+        if not topics_of_type(found.topics, *CLOUDS):
+            return False
+        return not has_depth_topic(found.topics, peek_encodings(found))
+    # Whatever is wrong with it is said by whoever opens it.
+    except (RecordingError, OSError):
+        return False
 
 
 def _open_bag(

@@ -134,19 +134,25 @@ class ReportCollector:
             up = np.array(map_from_camera[2, :3])
             frame = DepthFrame(stamp_ns=frame.stamp_ns, depth=frame.depth, camera=frame.camera, up=up)
         kept = _KeptFrame(self.num_frames, frame, detection)
+        if detection:
+            self._with.append(kept)
+            self._last_with = kept
+        else:
+            self._without.append(kept)
+        self.add_points(detection, map_from_camera)
+
+    def add_points(self, detection: Detection, map_from_sensor: Transform | None) -> None:
+        """Take in what was found in points without an image, such as a window of sweeps; see ``add``."""
         self.num_frames += 1
         if not detection:
-            self._without.append(kept)
             self._count_rules(detection)
             return
         self.num_detections += 1
         self.num_observations += len(detection.observations)
-        self._with.append(kept)
-        self._last_with = kept
-        if map_from_camera is not None:
+        if map_from_sensor is not None:
             for observation in detection.observations:
                 for edge in observation.edges:
-                    self._nosings.append(transform_points(map_from_camera, edge.nosing))
+                    self._nosings.append(transform_points(map_from_sensor, edge.nosing))
 
     def observed_nosings(self) -> Points:
         """Return (N, 2, 3) nosings seen in single frames, map, m; at most ``MAX_NOSINGS_KEPT``."""

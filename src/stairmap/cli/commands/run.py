@@ -10,6 +10,7 @@ from stairmap.cli.options import (
     OUTPUT,
     CameraInfoTopicOption,
     CameraOption,
+    CloudTopicOption,
     ConfigOption,
     DebugOption,
     DepthTopicOption,
@@ -41,6 +42,7 @@ def run(
     depth_topic: DepthTopicOption = None,
     camera_info_topic: CameraInfoTopicOption = None,
     camera: CameraOption = None,
+    cloud_topic: CloudTopicOption = None,
     pose_topic: PoseTopicOption = None,
     map_frame: MapFrameOption = None,
     method: MethodOption = Method.stairmap,
@@ -74,6 +76,7 @@ def run(
       stairmap run my_recording --robot spot
       stairmap run my_recording --trajectory slam.tum --up=-y -o results/hall
       stairmap run without_poses --odometry
+      stairmap run walk.mcap --cloud-topic /livox/lidar
       stairmap run my_recording --set envelope.max_rise=0.30 --json
 
     Ctrl-C writes what was found so far.
@@ -95,6 +98,7 @@ def run(
                 camera_file=camera,
                 pose_topic=pose_topic,
                 map_frame=map_frame,
+                cloud_topic=cloud_topic,
             ),
         ),
         output=output,

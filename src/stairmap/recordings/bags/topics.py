@@ -95,6 +95,12 @@ def guess_depth_topic(topics: Sequence[BagTopic], encodings: Mapping[str, str]) 
     raise RecordingError(f"no topic has depth images; {listed(tuple(topics))}")
 
 
+def has_depth_topic(topics: Sequence[BagTopic], encodings: Mapping[str, str]) -> bool:
+    """Tell whether there are depth images; see ``guess_depth_topic``."""
+    images = topics_of_type(topics, IMAGE, COMPRESSED_IMAGE)
+    return any(_is_depth(topic, encodings.get(topic.name)) for topic in images)
+
+
 def guess_cloud_topic(topics: Sequence[BagTopic]) -> BagTopic:
     """Return the only topic with sweeps of a LiDAR.
 
