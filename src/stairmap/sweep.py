@@ -73,19 +73,22 @@ def straightened(sweep: Sweep, trajectory: Trajectory, *, max_gap_ns: int) -> tu
     """
     offsets = np.zeros(len(sweep), dtype=np.int64) if sweep.offsets_ns is None else sweep.offsets_ns
     slot = np.floor_divide(offsets, MAX_TIME_STEP_NS)
-    slots, index = np.unique(slot, return_inverse=True)
+    order = np.argsort(slot, kind="stable")
+    slots, starts = np.unique(slot[order], return_index=True)
+    ends = np.append(starts[1:], len(order))
     stamps = sweep.stamp_ns + slots * MAX_TIME_STEP_NS
     if sweep.offsets_ns is not None:
         stamps = stamps + MAX_TIME_STEP_NS // 2
     known = trajectory.has_pose(stamps, max_gap_ns=max_gap_ns)
-    has_pose: Mask = np.asarray(known[index])
-    if not has_pose.any():
-        return np.empty((0, 3)), has_pose
-    poses = np.zeros((len(slots), 4, 4))
-    poses[known] = trajectory.poses_at(stamps[known], max_gap_ns=max_gap_ns)
-    mine = poses[index[has_pose]]
-    points = sweep.points[has_pose].astype(np.float64)
-    return np.einsum("nij,nj->ni", mine[:, :3, :3], points) + mine[:, :3, 3], has_pose
+    placed, has_pose = np.empty((len(sweep), 3)), np.zeros(len(sweep), dtype=bool)
+    if not known.any():
+        return placed[has_pose], has_pose
+    poses = trajectory.poses_at(stamps[known], max_gap_ns=max_gap_ns)
+    for pose, start, end in zip(poses, starts[known], ends[known], strict=True):
+        chosen = order[start:end]
+        placed[chosen] = transform_points(pose, sweep.points[chosen])
+        has_pose[chosen] = True
+    return placed[has_pose], has_pose
 
 
 def in_sensor(points: Points, map_from_sensor: Float64Array) -> Points:

@@ -26,14 +26,14 @@ MAX_THICKNESS = 0.035
 """Largest standard deviation of a cube's points across their plane, m: two sigma of a LiDAR's noise. An edge
 is thicker."""
 
-MIN_FLATNESS = 0.25
-"""Largest share of the thickness in the plane's smaller extent (as standard deviations): a line is no
-plane."""
+MAX_LENGTH_SHARE, MAX_WIDTH_SHARE = 0.25, 0.6
+"""Largest shares of the thickness in the plane's larger and smaller extent (as standard deviations): a line is
+no plane."""
 
 MAX_DISTANCE = 0.10
 """Points farther from their cube's plane, m, are not on it."""
 
-MAX_USED = 4000
+MAX_USED = 3000
 """Most points of a sweep that are aligned; more tell nothing new."""
 
 NUM_ROUNDS = 4
@@ -78,15 +78,20 @@ class PlaneMap:
         """Return for each cube a (K, 3) point and a (K, 3) unit normal of its plane, and (K,) if it has
         one."""
         if self._planes is None:
-            count = np.maximum(self._sums[:, 0], 1.0)
-            mean = self._sums[:, 1:4] / count[:, None]
-            second = self._sums[:, [4, 5, 6, 5, 7, 8, 6, 8, 9]].reshape(-1, 3, 3) / count[:, None, None]
-            spread, axes = np.linalg.eigh(second - mean[:, :, None] * mean[:, None, :])
+            chosen = np.flatnonzero(self._sums[:, 0] >= MIN_POINTS)
+            sums = self._sums[chosen]
+            mean = sums[:, 1:4] / sums[:, :1]
+            second = sums[:, [4, 5, 6, 5, 7, 8, 6, 8, 9]].reshape(-1, 3, 3) / sums[:, :1, None]
+            spread, normal = _thinnest(second - mean[:, :, None] * mean[:, None, :])
             std = np.sqrt(np.maximum(spread, 0.0))
-            is_plane = (self._sums[:, 0] >= MIN_POINTS) & (std[:, 0] < MAX_THICKNESS)
-            is_plane &= std[:, 0] < MIN_FLATNESS * std[:, 2]
-            is_plane &= std[:, 0] < 0.6 * std[:, 1]
-            self._planes = mean + cube_middles(self._keys), axes[:, :, 0], np.asarray(is_plane)
+            is_flat = (std[:, 0] < MAX_THICKNESS) & (std[:, 0] < MAX_LENGTH_SHARE * std[:, 2])
+            is_flat &= std[:, 0] < MAX_WIDTH_SHARE * std[:, 1]
+            anchors, normals = np.zeros((len(self._keys), 3)), np.zeros((len(self._keys), 3))
+            anchors[chosen] = mean + cube_middles(self._keys[chosen])
+            normals[chosen] = normal
+            is_plane = np.zeros(len(self._keys), dtype=bool)
+            is_plane[chosen] = is_flat
+            self._planes = anchors, normals, is_plane
         return self._planes
 
     def weights(self) -> Float64Array:
@@ -134,6 +139,29 @@ class PlaneMap:
         back = np.eye(4)
         back[:3, 3] = -middle
         return np.asarray(about @ motion @ back)
+
+
+def _thinnest(covariance: Float64Array) -> tuple[Float64Array, Points]:
+    """Ascending (N, 3) variances along the axes of (N, 3, 3) covariances, and the (N, 3) axis of the least.
+
+    In closed form (Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4(4), 1961): ten times as fast as one
+    by one.
+    """
+    mean = np.trace(covariance, axis1=1, axis2=2) / 3.0
+    shifted = covariance - mean[:, None, None] * np.eye(3)
+    size = np.sqrt(np.maximum(np.einsum("nij,nij->n", shifted, shifted) / 6.0, 1e-300))
+    angle = np.arccos(np.clip(np.linalg.det(shifted / size[:, None, None]) / 2.0, -1.0, 1.0)) / 3.0
+    turns = 2 * np.pi / 3 * np.array([1.0, -1.0, 0.0])
+    variances = mean[:, None] + 2.0 * size[:, None] * np.cos(angle[:, None] + turns)
+    variances = np.sort(variances, axis=1)
+    rows = covariance - variances[:, :1, None] * np.eye(3)
+    # The axis is perpendicular to all rows: the longest of their products is the surest.
+    products = np.cross(rows[:, [0, 1, 2]], rows[:, [1, 2, 0]])
+    lengths = np.linalg.norm(products, axis=2)
+    best = np.argmax(lengths, axis=1)
+    every = np.arange(len(best))
+    axis = products[every, best] / np.maximum(lengths[every, best], 1e-300)[:, None]
+    return variances, axis
 
 
 def evenly(num: int, max_num: int) -> IntArray:
