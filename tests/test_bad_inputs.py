@@ -179,7 +179,7 @@ STAIRWAYS_CASES: list[tuple[tuple[str | int, ...], Any, str]] = [
     ((*STAIRWAY, "landings"), GONE, "landings"),
     ((*FLIGHT, "base"), [0, 0], "base: list should have at least 3 items"),
     ((*FLIGHT, "base"), [0, 0, 0, 0], "base: list should have at most 3 items"),
-    ((*FLIGHT, "base"), [0, 0, 2e6], "base.2: should be less than or equal to 1000000"),
+    ((*FLIGHT, "base"), [0, 0, 2e7], "base.2: should be less than or equal to 10000000"),
     ((*FLIGHT, "base"), [0, "0", 0], "base.1: should be a valid number"),
     ((*FLIGHT, "base"), [0, True, 0], "base.1: should be a valid number"),
     ((*FLIGHT, "base"), [0, None, 0], "base.1"),
@@ -218,7 +218,7 @@ STAIRWAYS_CASES: list[tuple[tuple[str | int, ...], Any, str]] = [
     ((*FLIGHT, "box"), [], "box"),
     ((*FLIGHT, "steps"), GONE, "steps"),
     ((*FLIGHT, "steps"), [{"nosing": [[0, 0, 0]], "num_observations": 1}], "nosing"),
-    ((*FLIGHT, "steps"), [{"nosing": [[0, 0, 0], [0, 0, 1e7]], "num_observations": 1}], "nosing.1.2"),
+    ((*FLIGHT, "steps"), [{"nosing": [[0, 0, 0], [0, 0, 2e7]], "num_observations": 1}], "nosing.1.2"),
     ((*FLIGHT, "steps"), [{"nosing": [[0, 0, 0], [0, 0, 0]], "num_observations": -1}], "num_observations"),
 ]
 

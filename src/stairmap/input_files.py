@@ -39,8 +39,8 @@ MAX_DEPTH = 50
 MAX_QUOTED = 60
 """Longest piece of a file that a message repeats, in characters."""
 
-MAX_COORDINATE = 1e6
-"""Farthest place from a map's origin, m."""
+MAX_COORDINATE = 1e7
+"""Farthest place from a map's origin, m: national grids count from the equator."""
 
 LARGEST_STAMP_NS = 2**63 - 1
 """Largest stamp that fits into 64 bits, nanoseconds."""

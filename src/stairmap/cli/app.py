@@ -19,6 +19,7 @@ from stairmap.cli.commands.inspect import inspect
 from stairmap.cli.commands.live import live
 from stairmap.cli.commands.plan import plan
 from stairmap.cli.commands.run import run
+from stairmap.cli.commands.scan import scan
 from stairmap.cli.commands.simulate import simulate
 from stairmap.cli.commands.view import view
 from stairmap.cli.exits import Command, CommandGroup
@@ -35,12 +36,14 @@ app = typer.Typer(
 Examples:
   stairmap demo                   a simulated robot at a known stairway
   stairmap run my_recording       the stairways in the map, with a report
+  stairmap scan building.laz      the stairways of a finished map
   stairmap detect my_recording    each frame by itself, no poses needed
 """,
     epilog="Exit code: 0 ran (also without a stairway), 1 error, 2 wrong usage, 130, 143 or 129 interrupted.",
 )
 for command in (
     run,
+    scan,
     batch,
     detect,
     live,

@@ -148,6 +148,43 @@ class OpeningProgress:
             self._bar.show(f"reading {self._name} · message {count}/{total}", count, total)
 
 
+class PointProgress:
+    """Shows how far the points of a map are: ``12.4 of 50.0 million points · ends 14:32:05``.
+
+    Parameters
+    ----------
+    num_points
+        How many there will be; ``None`` if nobody knows.
+    """
+
+    def __init__(self, num_points: int | None) -> None:
+        self._num_points = num_points
+        self._count = 0
+        self._bar = _Bar()
+
+    def __enter__(self) -> PointProgress:
+        self._bar.start(self._describe(), self._num_points)
+        return self
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._bar.stop()
+
+    def advance(self, num_points: int) -> None:
+        """Count so many more points."""
+        self._count += num_points
+        if self._bar.is_due():
+            self._bar.show(self._describe(), self._count, self._num_points)
+
+    def _describe(self) -> str:
+        of = "" if self._num_points is None else f" of {self._num_points / 1e6:.1f}"
+        return f"{self._count / 1e6:.1f}{of} million points"
+
+
 class TrialProgress:
     """Shows how far the trials of an evaluation are: ``trial 12/90 · b3, kinect_v1 320 px, spot, seed 2``.
 

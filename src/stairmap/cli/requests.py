@@ -95,6 +95,21 @@ class BatchRequest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ScanRequest:
+    """What ``stairmap scan`` was asked for; ``up`` and ``unit`` are found from the points where not given."""
+
+    files: tuple[Path, ...]
+    up: str | None
+    unit: str | None
+    config_file: Path | None
+    overrides: tuple[str, ...]
+    output: Path | None
+    with_report: bool
+    as_json: bool
+    robots: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LiveRequest:
     """What ``stairmap live`` was asked for; without a number of frames, until Ctrl-C."""
 

@@ -76,10 +76,12 @@ class StepSides:
         return 0.5 * (self.left + self.right)
 
     def of_step(self, step: int) -> tuple[float, float]:
-        """Return right and left end of one step: its own where it is not that of all others, m."""
-        own_right, own_left = self.steps[step].tolist()
-        is_own = [abs(own_right - self.right) > MAX_SPREAD, abs(own_left - self.left) > MAX_SPREAD]
-        return (own_right if is_own[0] else self.right), (own_left if is_own[1] else self.left)
+        """Return right and left end of a step: the flight's, or its own where that was not seen, m."""
+        right, left = self.steps[step].tolist()
+        return (
+            self.right if self.right_bounded or np.isnan(right) else right,
+            self.left if self.left_bounded or np.isnan(left) else left,
+        )
 
 
 def find_sides(points: Float64Array, section: Section, noise: float) -> StepSides:
