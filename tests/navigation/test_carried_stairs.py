@@ -116,7 +116,7 @@ def test_ground_from_0_3_m_before_a_drop_is_forbidden_on_its_floor_alone():
     for beside in (-0.45, 0.0, 0.45):
         along = drop.edge[1] - drop.edge[0]
         place = drop.center + beside * along
-        for before, value in ((0.0, 100), (0.27, 100), (0.38, 0)):
+        for before, value in ((0.0, 100), (0.3, 100), (0.42, 0)):
             assert mask.value_at(place - before * drop.outward) == value
     # An edge was seen to its ends, but may go on.
     assert mask.value_at(drop.edge[0] + 0.25 * (drop.edge[0] - drop.edge[1]) / drop.length) == 100

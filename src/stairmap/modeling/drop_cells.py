@@ -24,6 +24,9 @@ MAX_SCORE, MIN_SCORE = 12, -6
 """A frame that shows an edge counts one, one that sees ground across it minus one, between these: however
 often an edge was seen, ten frames that look at ground there withdraw it."""
 
+MIN_DISTANCE = 0.3
+"""Edges that are nearer are placed no better, m."""
+
 ACROSS = (0.20, 0.35)
 """Distances beyond an edge at which a frame must see ground to speak against it, m."""
 
@@ -31,6 +34,7 @@ CELL_FIELDS = np.dtype(
     [
         ("score", np.int64),
         ("num_seen", np.int64),
+        ("weight", np.float64),
         ("place", np.float64, 3),
         ("outward", np.float64, 3),
         ("camera_height", np.float64),
@@ -60,8 +64,8 @@ class DropCells:
 
     @property
     def place(self) -> Points:
-        """(N, 3) mean place of the edge in each cell, m, map."""
-        return np.asarray(self._cells["place"][: len(self)] / np.maximum(self.num_seen, 1)[:, None])
+        """(N, 3) mean place of the edge in each cell, m, map; near frames count most."""
+        return np.asarray(self._cells["place"][: len(self)] / self._cells["weight"][: len(self), None])
 
     @property
     def outward(self) -> Points:
@@ -124,7 +128,7 @@ class DropCells:
         for key in itertools.product((x - 1, x, x + 1), (y - 1, y, y + 1), (z - 1, z, z + 1)):
             for index in self._index.get(key, ()):
                 cell = self._cells[index]
-                apart = cell["place"] / cell["num_seen"] - place
+                apart = cell["place"] / cell["weight"] - place
                 distance = float(np.hypot(apart[0], apart[1]))
                 if distance < nearest and abs(apart[2]) < CELL_HEIGHT:
                     best, nearest = index, distance
@@ -141,7 +145,10 @@ class DropCells:
             cell["first_seen_ns"], cell["distance"] = view["stamp_ns"], np.inf
         cell["score"] = min(cell["score"] + 1, MAX_SCORE)
         cell["num_seen"] += 1
-        cell["place"] += place
+        # Of an edge twice as far, the same error of a pixel is four times as large.
+        weight = 1.0 / max(float(edge["distance"]), MIN_DISTANCE) ** 4
+        cell["weight"] += weight
+        cell["place"] += weight * place
         cell["outward"] += outward
         cell["camera_height"] += view["height"]
         cell["last_seen_ns"] = view["stamp_ns"]

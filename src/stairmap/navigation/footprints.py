@@ -34,6 +34,10 @@ FOOT_MARGIN = 0.05
 BEYOND_EDGE = 0.20
 """Width of the strip beyond an edge that is forbidden too, m: the edge is known to a few centimetres."""
 
+PLACE_ERROR = 0.05
+"""How far beyond its true place an edge may be modelled, m: stereo cameras fatten near ground by half a
+window, and a cell of a mask counts by its middle. The strip before it is so much wider."""
+
 MAX_DROP_OFFSET = 0.4
 """A drop is on a floor within this of its height, m."""
 
@@ -126,12 +130,13 @@ def drop_rectangles(drops: Iterable[Drop], floors: FloorStack, level: int) -> tu
     for drop in drops:
         if nearest[drop.id] != level or abs(float(drop.center[2]) - height) > MAX_DROP_OFFSET:
             continue
-        middle = drop.center + 0.5 * (BEYOND_EDGE - EDGE_MARGIN) * drop.outward
+        before = EDGE_MARGIN + PLACE_ERROR
+        middle = drop.center + 0.5 * (BEYOND_EDGE - before) * drop.outward
         rectangles.append(
             Rectangle(
                 center=(float(middle[0]), float(middle[1])),
                 heading=math.atan2(drop.outward[1], drop.outward[0]),
-                length=EDGE_MARGIN + BEYOND_EDGE,
+                length=before + BEYOND_EDGE,
                 width=drop.length + 2 * EDGE_MARGIN,
             )
         )
