@@ -77,6 +77,10 @@ class BatchError(StairmapError):
     """A batch of recordings cannot be started or go on."""
 
 
+class MergeError(StairmapError):
+    """Runs cannot be made one map."""
+
+
 class ResultsError(StairmapError):
     """A run folder, or a file in it, cannot be read."""
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import stairmap
 from stairmap.batch import recording_task
+from stairmap.batch.look import Look
 
 SITECUSTOMIZE = """
 import sys
@@ -53,7 +54,7 @@ def install() -> None:
             output.mkdir(parents=True)
             with (output.parent.parent / "looks.log").open("a") as log:
                 log.write(name + "\n")
-            return recording_task.Look(num_frames=1)
+            return Look(num_frames=1)
         return look_at_input(path, settings, output, **options)
 
     recording_task.look_at_input = look

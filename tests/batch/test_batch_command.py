@@ -10,7 +10,9 @@ import sys
 
 import pytest
 
+from cloud_files import write_binary_pcd
 from command_line import check_refused, stairmap
+from sampled_clouds import sampled_scene
 from small_recordings import damage_image, write_recording
 from stairmap.batch.table_files import read_table
 from stairmap.export.loading import load_stairways
@@ -180,3 +182,17 @@ def test_what_a_process_that_is_gone_left_half_done_is_removed(recordings, tmp_p
     assert sorted(entry.name for entry in partial.iterdir()) == sorted(
         [f"r1-{host}-{os.getpid()}", "r2-elsewhere-1"]
     )
+
+
+def test_cloud_is_looked_at_as_scan_does(tmp_path):
+    points, _ = sampled_scene("free_standing", density=1000.0)
+    write_binary_pcd(tmp_path / "hall.pcd", points)
+    outcome = stairmap("batch", tmp_path / "hall.pcd", "-o", tmp_path / "fleet", "--workers", "0")
+    assert outcome.code == 0, outcome.stderr
+    assert stairmap("scan", tmp_path / "hall.pcd", "-o", tmp_path / "scan", "--no-report").code == 0
+    for name in ("stairways.json", "detections.jsonl", "scan.json", "config.yaml", "stairways.ply"):
+        assert (tmp_path / "fleet" / "hall" / name).read_bytes() == (tmp_path / "scan" / name).read_bytes(), (
+            name
+        )
+    (row,) = read_table(tmp_path / "fleet")
+    assert row["rise"] == load_stairways(tmp_path / "scan").stairways[0].flights[0].rise

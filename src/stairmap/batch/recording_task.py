@@ -9,14 +9,13 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from stairmap.batch.cloud_task import look_at_cloud, look_at_sweeps
 from stairmap.batch.inputs import is_cloud
 from stairmap.batch.job import BatchSettings
+from stairmap.batch.look import Look, without_steps
 from stairmap.config import Config, load_config
 from stairmap.detection.observation import Detection
-from stairmap.errors import RecordingError
-from stairmap.export.history import history_values
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
 from stairmap.export.results import TRAJECTORY_FILE, RunFolder, create_run_folder
 from stairmap.frame import DepthFrame
@@ -27,33 +26,10 @@ from stairmap.recording_run import RecordingRun
 from stairmap.recordings.base import Recording
 from stairmap.recordings.identity import identify_recording
 from stairmap.recordings.odometry import OdometryRecording, config_with_drift, open_without_poses
-from stairmap.recordings.open import open_recording
+from stairmap.recordings.open import has_only_sweeps, open_recording
 
 Detections = Mapping[int, Detection]
 """Detections that were made before, by the stamps of their frames, nanoseconds."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Look:
-    """What was seen in one input.
-
-    Attributes
-    ----------
-    num_frames, num_detections
-        Frames looked at, and those with stair edges.
-    stairways
-        JSON types as in ``history.jsonl``: without single steps.
-    failure
-        Why the recording broke off; empty if it did not.
-    num_to_split
-        Frames of a recording that is too long; it was not looked at then.
-    """
-
-    num_frames: int = 0
-    num_detections: int = 0
-    stairways: tuple[Mapping[str, Any], ...] = ()
-    failure: str = ""
-    num_to_split: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,9 +66,10 @@ def look_at_input(
         If the input cannot be used, or the folder not be written.
     """
     if is_cloud(str(path)):
-        raise RecordingError(
-            f"{path.name}: batches of point clouds are not supported yet; use: stairmap scan"
-        )
+        return look_at_cloud(path, settings, config_of(settings), output)
+    bag = settings.bag
+    if bag.cloud_topic is not None or (bag.depth_topic is None and has_only_sweeps(path)):
+        return look_at_sweeps(path, settings, config_of(settings), output)
     opened = open_for_batch(path, settings)
     num_frames = opened.recording.num_frames
     if max_frames and num_frames > 1.5 * max_frames and not settings.with_odometry:
@@ -164,7 +141,7 @@ def _look_at_recording(
     return Look(
         num_frames=outcome.num_frames,
         num_detections=outcome.num_detections,
-        stairways=tuple(history_values(0, outcome.stairways)["stairways"]),
+        stairways=without_steps(outcome.stairways),
         failure="" if run.failure is None else str(run.failure),
     )
 

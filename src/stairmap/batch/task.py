@@ -21,6 +21,7 @@ import stairmap
 from stairmap.batch.addresses import fetch_recording, is_address
 from stairmap.batch.inputs import describe_missing
 from stairmap.batch.job import RecordingJob, RecordingResult, failed_result
+from stairmap.batch.look import Look
 from stairmap.batch.output_place import (
     TASK_FILE,
     TOKEN_FILE,
@@ -30,7 +31,7 @@ from stairmap.batch.output_place import (
     pack_folder,
     partial_folder,
 )
-from stairmap.batch.recording_task import Detections, Look, look_at_input, remove_folder
+from stairmap.batch.recording_task import Detections, look_at_input, remove_folder
 from stairmap.errors import BatchError, RecordingError, StairmapError
 from stairmap.input_files import parse_json
 from stairmap.output_files import write_whole_text

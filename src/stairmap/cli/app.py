@@ -17,6 +17,7 @@ from stairmap.cli.commands.export import export
 from stairmap.cli.commands.finish import finish
 from stairmap.cli.commands.inspect import inspect
 from stairmap.cli.commands.live import live
+from stairmap.cli.commands.merge import merge
 from stairmap.cli.commands.plan import plan
 from stairmap.cli.commands.run import run
 from stairmap.cli.commands.scan import scan
@@ -45,6 +46,7 @@ for command in (
     run,
     scan,
     batch,
+    merge,
     detect,
     live,
     view,

@@ -110,6 +110,16 @@ class ScanRequest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MergeRequest:
+    """What ``stairmap merge`` was asked for; ``alignment`` is a file, or ``auto``."""
+
+    runs: tuple[Path, ...]
+    alignment: str
+    output: Path | None
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LiveRequest:
     """What ``stairmap live`` was asked for; without a number of frames, until Ctrl-C."""
 

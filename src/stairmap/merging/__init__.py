@@ -1,0 +1,1 @@
+"""The runs of one site as one map."""
