@@ -86,7 +86,7 @@ def straightened(sweep: Sweep, trajectory: Trajectory, *, max_gap_ns: int) -> tu
     poses = trajectory.poses_at(stamps[known], max_gap_ns=max_gap_ns)
     for pose, start, end in zip(poses, starts[known], ends[known], strict=True):
         chosen = order[start:end]
-        placed[chosen] = transform_points(pose, sweep.points[chosen])
+        placed[chosen] = transform_points(pose, sweep.points[chosen].astype(np.float64))
         has_pose[chosen] = True
     return placed[has_pose], has_pose
 

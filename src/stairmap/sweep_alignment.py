@@ -27,8 +27,8 @@ MAX_THICKNESS = 0.035
 is thicker."""
 
 MAX_LENGTH_SHARE, MAX_WIDTH_SHARE = 0.25, 0.6
-"""Largest shares of the thickness in the plane's larger and smaller extent (as standard deviations): a line is
-no plane."""
+"""Largest shares of the thickness in the plane's larger and smaller extent (as standard deviations): a line
+is no plane."""
 
 MAX_DISTANCE = 0.10
 """Points farther from their cube's plane, m, are not on it."""
@@ -144,8 +144,8 @@ class PlaneMap:
 def _thinnest(covariance: Float64Array) -> tuple[Float64Array, Points]:
     """Ascending (N, 3) variances along the axes of (N, 3, 3) covariances, and the (N, 3) axis of the least.
 
-    In closed form (Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4(4), 1961): ten times as fast as one
-    by one.
+    In closed form (Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4(4), 1961): ten times as fast as
+    one by one.
     """
     mean = np.trace(covariance, axis1=1, axis2=2) / 3.0
     shifted = covariance - mean[:, None, None] * np.eye(3)

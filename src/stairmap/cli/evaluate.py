@@ -14,6 +14,8 @@ from stairmap.cli.evaluate_request import EvaluateRequest
 from stairmap.cli.progress import TrialProgress
 from stairmap.config import Config, load_config
 from stairmap.errors import CrashedTrialsError
+from stairmap.evaluation.cloud_suites import CLOUD_SUITES, make_cloud_specs
+from stairmap.evaluation.cloud_trials import FINISHED_MAPS, METHOD, SWEEPS, run_cloud_trial
 from stairmap.evaluation.convergence import draw_convergences, record_convergence
 from stairmap.evaluation.detection_rates import QUICK_GRID, RateGrid, RatePanel, measure_panels
 from stairmap.evaluation.frame_judging import FrameJudgement
@@ -27,7 +29,9 @@ from stairmap.evaluation.trials import TrialResult, TrialSpec
 from stairmap.evaluation.view_running import make_view_specs, run_views
 from stairmap.output_files import check_new_folder, output_error, write_whole
 from stairmap.pipeline import METHODS
+from stairmap.simulation.finished_maps import MAP_KINDS
 from stairmap.simulation.kinds import ViewSpec
+from stairmap.simulation.lidars import LIDARS
 from stairmap.simulation.render import check_ray_caster
 from stairmap.simulation.robots import ROBOTS
 from stairmap.simulation.sensors import SENSORS
@@ -50,8 +54,10 @@ def evaluate_methods(request: EvaluateRequest) -> int:
         check_new_folder(request.output)
     specs = _make_specs(request)
     views = _make_view_specs(request)
-    _check_packages(request, is_simulated=bool(specs or views or "rates" in request.suites))
+    points = _make_cloud_specs(request)
+    _check_packages(request, is_simulated=bool(specs or views or points or "rates" in request.suites))
     results = _run_simulated(request, config, specs)
+    results += _run_without_camera(request, config, points)
     real: tuple[RealResult, ...] = ()
     if "real" in request.suites:
         real = run_real_suite(request.data / "real", request.methods, config=config, only=request.only)
@@ -121,8 +127,8 @@ def _check_no_crash(results: Sequence[TrialResult]) -> None:
         )
 
 
-def _make_specs(request: EvaluateRequest) -> tuple[TrialSpec, ...]:
-    choice = TrialChoice(
+def _trial_choice(request: EvaluateRequest) -> TrialChoice:
+    return TrialChoice(
         only=request.only,
         sensor=request.sensor,
         width=request.width,
@@ -131,15 +137,32 @@ def _make_specs(request: EvaluateRequest) -> tuple[TrialSpec, ...]:
         num_drives=request.num_drives,
         is_quick=request.is_quick,
     )
+
+
+def _make_specs(request: EvaluateRequest) -> tuple[TrialSpec, ...]:
+    choice = _trial_choice(request)
     suites = [suite for suite in request.suites if suite in SIMULATED_SUITES]
     buildings = request.data / "buildings"
     specs = tuple(spec for suite in suites for spec in make_specs(suite, choice, buildings=buildings))
     if suites and not specs and "real" not in request.suites:
         raise typer.BadParameter(f"no scene of {', '.join(suites)} is called {' or '.join(request.only)}")
-    for name, value, known in (("sensor", request.sensor, SENSORS), ("robot", request.robot, ROBOTS)):
+    cameras = request.sensor if suites else None
+    for name, value, known in (("sensor", cameras, SENSORS), ("robot", request.robot, ROBOTS)):
         if value is not None and value not in known:
             raise typer.BadParameter(f"--{name}: {value!r} is not one of {', '.join(sorted(known))}")
     return specs
+
+
+def _make_cloud_specs(request: EvaluateRequest) -> tuple[TrialSpec, ...]:
+    suites = [suite for suite in request.suites if suite in CLOUD_SUITES]
+    known = {FINISHED_MAPS: MAP_KINDS, SWEEPS: LIDARS}
+    for suite in suites:
+        if request.sensor is not None and request.sensor not in known[suite]:
+            names = ", ".join(sorted(known[suite]))
+            raise typer.BadParameter(f"--sensor: {request.sensor!r} is not one of {names} ({suite})")
+    choice = _trial_choice(request)
+    buildings = request.data / "buildings"
+    return tuple(spec for suite in suites for spec in make_cloud_specs(suite, choice, buildings=buildings))
 
 
 def _make_view_specs(request: EvaluateRequest) -> tuple[ViewSpec, ...]:
@@ -185,6 +208,22 @@ def _run_simulated(
             settings,
             num_workers=_num_workers(request),
             on_results=lambda results: progress.advance(str(results[0].spec)),
+        )
+
+
+def _run_without_camera(
+    request: EvaluateRequest, config: Config, specs: Sequence[TrialSpec]
+) -> tuple[TrialResult, ...]:
+    if not specs:
+        return ()
+    settings = TrialSettings(methods=(METHOD,), config=config, buildings=request.data / "buildings")
+    with TrialProgress(len(specs)) as progress:
+        return run_trials(
+            specs,
+            settings,
+            num_workers=_num_workers(request),
+            on_results=lambda results: progress.advance(str(results[0].spec)),
+            trial=run_cloud_trial,
         )
 
 

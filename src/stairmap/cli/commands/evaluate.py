@@ -19,7 +19,7 @@ _SIMULATED = ("table1", "stairs", "buildings", "look-alikes", "kind-drives")
 
 
 class Suite(str, Enum):
-    """Names of the suites; ``all`` is all but the single frames of ``rates`` and ``kinds``."""
+    """Names of the suites; ``all`` is all but those of single frames and those without a camera."""
 
     table1 = "table1"
     stairs = "stairs"
@@ -29,6 +29,8 @@ class Suite(str, Enum):
     real = "real"
     rates = "rates"
     kinds = "kinds"
+    clouds = "clouds"
+    sweeps = "sweeps"
     all = "all"
 
 
@@ -47,7 +49,7 @@ def evaluate(
         typer.Argument(
             metavar="SUITE...",
             help="table1, stairs, buildings, look-alikes, kind-drives, real; all: all of these; "
-            "single frames: rates, kinds.",
+            "single frames: rates, kinds; without a camera: clouds, sweeps.",
             show_default=False,
         ),
     ],
@@ -154,6 +156,7 @@ def evaluate(
       stairmap evaluate all --cache ~/frames -o results/evaluation
       stairmap evaluate rates -o results/rates
       stairmap evaluate kinds --kind descending --kind roll --method stairmap
+      stairmap evaluate clouds sweeps --data ~/data -o results/points
 
     docs/evaluation.md says what is judged, and how.
     """
@@ -161,7 +164,8 @@ def evaluate(
 
     names = [suite.value for suite in suites]
     if "all" in names:
-        names = [*_SIMULATED, "real", *(name for name in names if name in ("rates", "kinds"))]
+        more = [name for name in names if name in ("rates", "kinds", "clouds", "sweeps")]
+        names = [*_SIMULATED, "real", *more]
     if output is None and ("rates" in names or convergence):
         raise typer.BadParameter("pictures need --output DIR")
     request = EvaluateRequest(
