@@ -75,9 +75,11 @@ class Ros:
         is_bigendian: bool = False,
         padding: int = 0,
         frame_id: str = OPTICAL,
+        values_per_metre: float = 1000.0,
     ) -> Any:
         """Depth in metres, NaN for nothing, as an image; any other encoding than 32FC1 is of 16 bits."""
-        values = depth if encoding == "32FC1" else np.nan_to_num(np.rint(depth * 1000)).astype(np.uint16)
+        whole = np.nan_to_num(np.rint(depth * values_per_metre)).astype(np.uint16)
+        values = depth if encoding == "32FC1" else whole
         rows = values.astype(values.dtype.newbyteorder(">" if is_bigendian else "<")).view(np.uint8)
         rows = np.hstack([rows, np.zeros((len(rows), padding), dtype=np.uint8)])
         return self.make(

@@ -156,3 +156,15 @@ def test_plan_opens_the_bag_as_the_run_did(folder: Path, tmp_path: Path) -> None
     assert outcome.code == 0, outcome.stderr
     outcome = stairmap("plan", tmp_path / "run", "--recording", bag, "-o", tmp_path / "plan")
     assert outcome.code == 0, outcome.stderr
+
+
+def test_raw_units_of_a_quarter_millimetre_are_told(tmp_path: Path) -> None:
+    ros, walk = Ros("mcap"), ImageFolderRecording(write_recording(tmp_path / "images", num_frames=16))
+    bag = write_bag(tmp_path, "mcap", ros, robot_messages(ros, walk, values_per_metre=4000.0))
+    told = "depth fits the camera's way only if it is 0.25 times what was read"
+    outcome = stairmap("run", bag, "-o", tmp_path / "run", *QUIET)
+    assert told in outcome.stderr
+    assert "depth_scale 4 times as large (4000 instead of 1000)" in outcome.stderr
+    assert any(
+        told in problem for problem in json.loads(stairmap("inspect", bag, "--json").stdout)["problems"]
+    )

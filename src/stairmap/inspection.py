@@ -10,6 +10,7 @@ import numpy as np
 from stairmap.arrays import Float64Array, readonly
 from stairmap.pose_mistakes import PoseWatch
 from stairmap.recordings.base import Recording
+from stairmap.recordings.depth_unit_watch import DepthUnitWatch
 
 _PIXEL_STRIDE = 8
 """Every so many rows and columns count for the quartiles."""
@@ -35,6 +36,8 @@ class FrameStatistics:
         Frames by what says which way is up: their pose, the camera file, or nothing yet: the floor will.
     pose_mistake
         A sentence if the poses do not fit the depth images, or the floor lies far from level by them.
+    unit_mistake
+        A sentence if depth fits the camera's way only in another unit.
     """
 
     num_read: int
@@ -45,6 +48,7 @@ class FrameStatistics:
     num_up_from_camera: int
     num_up_unknown: int
     pose_mistake: str | None
+    unit_mistake: str | None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth_quartiles", readonly(self.depth_quartiles))
@@ -83,6 +87,7 @@ def measure_frames(
         max_depth=max_depth,
         knows_up=knows_up,
     )
+    unit_watch = DepthUnitWatch()
     for frame in recording:
         if should_stop():
             break
@@ -97,7 +102,9 @@ def measure_frames(
         has_pose = trajectory is not None and trajectory.has_pose(np.array([frame.stamp_ns]))[0]
         ups["unknown" if frame.up is None else "pose" if has_pose else "camera"] += 1
         if trajectory is not None and has_pose:
-            watch.add(frame, trajectory.pose_at(frame.stamp_ns))
+            map_from_camera = trajectory.pose_at(frame.stamp_ns)
+            watch.add(frame, map_from_camera)
+            unit_watch.add(frame.depth, frame.camera, frame.stamp_ns, map_from_camera)
         on_frame()
     return FrameStatistics(
         num_read=num_read,
@@ -108,6 +115,7 @@ def measure_frames(
         num_up_from_camera=ups["camera"],
         num_up_unknown=ups["unknown"],
         pose_mistake=watch.mistake(),
+        unit_mistake=unit_watch.advice(),
     )
 
 

@@ -23,6 +23,7 @@ from stairmap.map_levelling import LevelMap
 from stairmap.pipeline import DEFAULT_METHOD
 from stairmap.pose_mistakes import PoseWatch
 from stairmap.recordings.base import Recording
+from stairmap.recordings.depth_unit_watch import DepthUnitWatch
 from stairmap.recordings.frame_iterators import numbered_frames
 from stairmap.session import MapSession
 from stairmap.stairway import Stairway
@@ -109,6 +110,7 @@ class RecordingRun:
             max_depth=config.detection.max_depth,
             knows_up=level_map.is_by_floor,
         )
+        self._unit_watch = DepthUnitWatch()
         self.failure: RecordingError | None = None
 
     def process_frames(
@@ -168,6 +170,7 @@ class RecordingRun:
                     return
                 self._collector.add(frame, detection, map_from_camera)
                 self._pose_watch.add(frame, map_from_camera)
+                self._unit_watch.add(frame.depth, frame.camera, frame.stamp_ns, map_from_camera)
                 if folder is not None:
                     folder.append_detection(detection)
                     folder.append_pose(frame.stamp_ns, map_from_camera)
@@ -210,7 +213,8 @@ class RecordingRun:
         )
 
     def _describe_problems(self) -> tuple[str, ...]:
-        lines = [*filter(None, [self._pose_watch.mistake(), self._level_map.note])]
+        mistakes = [self._pose_watch.mistake(), self._unit_watch.advice(), self._level_map.note]
+        lines = [*filter(None, mistakes)]
         lines += [*self._recording.problems.to_lines(), *self._notes]
         if self._was_stopped:
             lines.append(f"the run was interrupted after {counted(self._collector.num_frames, 'frame')}")

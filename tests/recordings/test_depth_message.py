@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
+from rvl_encoder import encode_rvl
 from stairmap.errors import RecordingError
 from stairmap.recordings.depth_message import depth_from_message
 from stairmap.recordings.depth_png import DamagedImageError
@@ -133,6 +134,13 @@ def test_compressed_colour_is_refused_with_its_format(text: str) -> None:
         depth_from_message(compressed(b"\xff\xd8\xff\xe0", text))
 
 
-def test_rvl_is_refused_by_name() -> None:
-    with pytest.raises(RecordingError, match="RVL"):
-        depth_from_message(compressed(bytes(40), "16UC1; compressedDepth rvl"))
+def test_rvl_of_whole_millimetres_is_read() -> None:
+    message = compressed(bytes(12) + encode_rvl(MILLIMETRES), "16UC1; compressedDepth rvl")
+    np.testing.assert_array_equal(depth_from_message(message), expected_metres())
+
+
+def test_rvl_of_the_quantised_inverse_is_read() -> None:
+    values = np.array([[0, 100, 2000]], dtype=np.uint16)
+    header = struct.pack("<iff", 0, 300.0, -50.0)
+    message = compressed(header + encode_rvl(values), "32FC1; compressedDepth rvl")
+    np.testing.assert_allclose(depth_from_message(message), [[NAN, 300 / 150, 300 / 2050]], rtol=1e-6)

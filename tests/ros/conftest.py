@@ -52,6 +52,7 @@ def ros(wheels: None, drive: Drive, tmp_path: Path) -> Iterator[RosEnvironment]:
     environment = RosEnvironment(tmp_path, drive)
     yield environment
     environment.stop()
-    log = environment.node_log.read_text() if environment.node_log.exists() else ""
-    sys.stdout.write(log)
-    assert "Traceback" not in log
+    for log in sorted(tmp_path.glob("*.log")):
+        text = log.read_text()
+        sys.stdout.write(f"{log.name}:\n{text}")
+        assert "Traceback" not in text

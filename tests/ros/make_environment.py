@@ -32,6 +32,7 @@ WHEELS = (
         "nav-msgs",
         "geometry-msgs",
         "std-msgs",
+        "std-srvs",
     ),
     *(
         "diagnostic-msgs",

@@ -6,8 +6,9 @@ import json
 import os
 import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from stairmap.stairway import Flight
@@ -43,8 +44,15 @@ class RosEnvironment:
         self._variables.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
         self._variables.pop("PYTHONPATH", None)
 
-    def start_node(self, *, without_package: str = "", **parameters: Any) -> subprocess.Popen[bytes]:
-        """Start the installed node; its output goes to node.log.
+    def start_node(
+        self,
+        *,
+        without_package: str = "",
+        name: str = "stairmap",
+        remaps: Mapping[str, str] = MappingProxyType({}),
+        **parameters: Any,
+    ) -> subprocess.Popen[bytes]:
+        """Start the installed node; its output goes to ``node_log(name)``.
 
         It cannot import ``without_package``, as if that were not installed.
         """
@@ -55,8 +63,10 @@ class RosEnvironment:
             (missing / f"{without_package}.py").write_text("raise ModuleNotFoundError(__name__)\n")
             variables["PYTHONPATH"] = str(missing)
         arguments = [part for key, value in parameters.items() for part in ("-p", f"{key}:={value}")]
-        ros_arguments = ["--ros-args", *arguments] if arguments else []
-        with self.node_log.open("ab") as log:
+        for source, target in {"__node": name, **remaps}.items():
+            arguments += ["-r", f"{source}:={target}"]
+        ros_arguments = ["--ros-args", *arguments]
+        with self.log_of(name).open("ab") as log:
             process = subprocess.Popen(
                 [ENVIRONMENT / "bin/stairmap_node", *ros_arguments],
                 env=variables,
@@ -66,10 +76,14 @@ class RosEnvironment:
         self._processes.append(process)
         return process
 
+    def log_of(self, name: str) -> Path:
+        """What a node has printed."""
+        return self._folder / f"{name}.log"
+
     @property
     def node_log(self) -> Path:
-        """What the node has printed."""
-        return self._folder / "node.log"
+        """What the node named stairmap has printed."""
+        return self.log_of("stairmap")
 
     def run_robot(self, orders: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         """Let the robot carry out its orders; return the outcome of each."""
@@ -79,7 +93,7 @@ class RosEnvironment:
             [ENVIRONMENT / "bin/python", Path(__file__).parent / "simulated_robot.py", *names],
             env=self._variables,
             check=True,
-            timeout=180,
+            timeout=240,
         )
         outcomes: list[dict[str, Any]] = json.loads((self._folder / "out.json").read_text())
         return outcomes
@@ -89,6 +103,8 @@ class RosEnvironment:
         for process in self._processes:
             if process.poll() is None:
                 process.terminate()
+        for process in self._processes:
+            if process.poll() is None:
                 try:
                     process.wait(timeout=10)
                 except subprocess.TimeoutExpired:

@@ -6,7 +6,6 @@ Orders are a list of phases; see ``ORDERS``. The outcome of each phase is one en
 
 from __future__ import annotations
 
-import array
 import json
 import sys
 import time
@@ -14,71 +13,106 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import rclpy
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from nav_msgs.msg import Path as PathMessage
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from robot_messages import (
+    BASE_FROM_OPTICAL,
+    compressed_image,
+    marker_dict,
+    ns_from,
+    pose_message,
+    raw_image,
+    stairway_dict,
+    time_message,
+    transform_message,
+    vector,
+)
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from stairmap_msgs.msg import StairwayArray
+from stairmap_msgs.srv import LoadMap, SaveMap
+from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from vision_msgs.msg import Detection3DArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from stairmap.transforms import (
-    interpolate_poses,
-    invert_transform,
-    quat_from_rotation,
-    transform_from_parts,
-)
+from stairmap.transforms import interpolate_poses, invert_transform, transform_from_parts
 
 ORDERS = {
     "mode": "drive",
     "reliability": "best_effort",
-    "compressed": False,
+    "compressed": "",
+    "topic": "depth/image_rect_raw",
+    "latched_info": False,
+    "distortion": 0.0,
+    "depth_factor": 1,
+    "service": "",
+    "type": "",
+    "request": {},
     "tf_delay": 0.0,
     "clock_offset": 0.0,
     "until": "",
+    "until_others": {},
     "without": [],
     "lost": False,
+    "odometry_every": 0,
+    "correction_every": 0,
+    "period": 1.0 / 30.0,
     "max_seconds": 60.0,
 }
-"""A phase with its defaults. ``drive``: probe with the first image until the node answers, drive, wait
-for the answer to the last image. ``listen``: publish the first image until diagnostics say ``until``.
-``wait``: publish nothing, until the node says something. ``correct``: send the path of the last drive, 1 m
-higher than it was. ``without``: what is kept back (depth, info, tf).
-``lost``: TF holds NaN, as of a localiser that has lost itself."""
+"""A phase with its defaults. ``mode`` is one of:
+
+``drive``: probe with the first image until the node answers, drive, wait for the answer to the last image.
+``hear``: drive twice with transforms of their own rate, and wait until the node has dealt with all images.
+``listen``: publish the first image until diagnostics say ``until``.
+With ``until_others`` other nodes' diagnostics, by their name, must hold some text too before a drive ends.
+``wait``: publish nothing, until the node says something.
+``correct``: send the path of the last drive, 1 m higher than it was.
+``call``: call a ``service`` of a ``type`` with the fields of a ``request``; its answer is in the outcome.
+
+``without``: what is kept back (depth, info, tf). ``lost``: TF holds NaN, as of a localiser that has lost
+itself.
+``compressed``: png or rvl. ``latched_info``: camera_info comes once, before everything else, and latched.
+``odometry_every``: odom -> base_link comes with about every so many images, not before and after each one;
+``correction_every``: likewise for map -> odom, which moves by ``CORRECTION`` and back each time."""
+
+CORRECTION = 0.05
+
+SERVICES = {kind.__name__: kind for kind in (ChangeState, GetState, LoadMap, SaveMap, Trigger)}
 
 PERIOD = 1.0 / 30.0
 MIN_ANSWERS = 25
 OPTICAL = "camera_depth_optical_frame"
 
-BASE_FROM_OPTICAL = transform_from_parts([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], [0.3, 0.0, 0.4])
 MAP_FROM_ODOM = transform_from_parts([[0, -1, 0], [1, 0, 0], [0, 0, 1]], [2.0, -1.0, 0.5])
 
 
 class SimulatedRobot(Node):
     """Publishes a drive and keeps the latest answers."""
 
-    def __init__(self, drive: dict[str, np.ndarray], reliability: str, *, compressed: bool) -> None:
+    def __init__(self, drive: dict[str, np.ndarray], order: dict[str, Any]) -> None:
         super().__init__("simulated_robot")
         self.drive = drive
-        qos = QoSProfile(depth=5, reliability=ReliabilityPolicy[reliability.upper()])
+        qos = QoSProfile(depth=5, reliability=ReliabilityPolicy[order["reliability"].upper()])
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        topic = "depth/image_rect_raw"
+        topic, self._compressed = order["topic"], order["compressed"]
         self._depth_out = (
             self.create_publisher(CompressedImage, f"{topic}/compressedDepth", qos)
-            if compressed
+            if self._compressed
             else self.create_publisher(Image, topic, qos)
         )
-        self._is_compressed = compressed
         self._path_out = self.create_publisher(PathMessage, "corrected_path", 1)
         self._path = PathMessage()
-        self._info_out = self.create_publisher(CameraInfo, "depth/camera_info", qos)
+        self._has_latched_info = order["latched_info"]
+        info_qos = latched if self._has_latched_info else qos
+        self._info_out = self.create_publisher(CameraInfo, "depth/camera_info", info_qos)
+        if self._has_latched_info:
+            self._info_out.publish(self._camera_info(0, order))
         self._tf_out = self.create_publisher(TFMessage, "/tf", 100)
         self._static_out = self.create_publisher(TFMessage, "/tf_static", latched)
         self.create_subscription(StairwayArray, "stairmap/stairways", self._take_stairways, latched)
@@ -91,30 +125,30 @@ class SimulatedRobot(Node):
         self.markers: dict[tuple[str, int], Marker] = {}
         self.detections: list[Any] = []
         self.diagnostics: list[dict[str, Any]] = []
+        self.others: dict[str, dict[str, None]] = {}
         self._late_transforms: list[tuple[float, TFMessage]] = []
+        self._compressed_images: dict[int, CompressedImage] = {}
+        self._num_published = self._next_odometry = 0
+        self._jitter = np.random.default_rng(1)
 
     def publish_static(self) -> None:
         """Say once where the camera sits."""
-        self._static_out.publish(TFMessage(transforms=[_stamped("base_link", OPTICAL, BASE_FROM_OPTICAL, 0)]))
+        self._static_out.publish(
+            TFMessage(transforms=[transform_message("base_link", OPTICAL, BASE_FROM_OPTICAL, 0)])
+        )
 
     def publish(self, index: int, stamp_ns: int, order: dict[str, Any]) -> None:
         """Publish one image of the drive with its transforms."""
         self._publish_transforms(index, stamp_ns, order)
-        depth = self.drive["depth"][index]
-        height, width = depth.shape
-        stamp = _time(stamp_ns)
-        if "info" not in order["without"]:
-            info = CameraInfo(height=height, width=width)
-            fx, fy, cx, cy = self.drive["intrinsics"].tolist()
-            info.k = np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1])
-            info.p = np.array([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0])
-            info.header.frame_id, info.header.stamp = OPTICAL, stamp
-            self._info_out.publish(info)
+        depth = self.drive["depth"][index] * np.uint16(order["depth_factor"])
+        stamp = time_message(stamp_ns)
+        if "info" not in order["without"] and not self._has_latched_info:
+            self._info_out.publish(self._camera_info(stamp_ns, order))
         if "depth" not in order["without"]:
-            image = self._compressed_image(depth) if self._is_compressed else _raw_image(depth)
+            image = self._compressed_image(index, depth) if self._compressed else raw_image(depth)
             image.header.frame_id, image.header.stamp = OPTICAL, stamp
             self._depth_out.publish(image)
-        self._path.poses.append(_stamped_pose(self.drive["map_from_camera"][index], stamp))
+        self._path.poses.append(pose_message(self.drive["map_from_camera"][index], stamp))
 
     def forget_path(self) -> None:
         """Begin a new path."""
@@ -127,9 +161,39 @@ class SimulatedRobot(Node):
         self._path.header.frame_id = "map"
         self._path_out.publish(self._path)
 
-    def _compressed_image(self, depth: np.ndarray) -> CompressedImage:
-        png = cv2.imencode(".png", depth)[1].tobytes()
-        return CompressedImage(format="16UC1; compressedDepth png", data=array.array("B", bytes(12) + png))
+    def _compressed_image(self, index: int, depth: np.ndarray) -> CompressedImage:
+        """Compress each image once: RVL takes Python longer than a camera's period."""
+        if index not in self._compressed_images:
+            self._compressed_images[index] = compressed_image(depth, self._compressed)
+        return self._compressed_images[index]
+
+    def _camera_info(self, stamp_ns: int, order: dict[str, Any]) -> CameraInfo:
+        height, width = self.drive["depth"][0].shape
+        info = CameraInfo(height=height, width=width)
+        fx, fy, cx, cy = self.drive["intrinsics"].tolist()
+        info.k = np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1])
+        info.p = np.array([fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0])
+        info.d = [order["distortion"], 0.0, 0.0, 0.0, 0.0]
+        info.header.frame_id, info.header.stamp = OPTICAL, time_message(stamp_ns)
+        return info
+
+    def call(self, order: dict[str, Any], deadline: float) -> dict[str, Any] | None:
+        """Call a service; return its answer, ``None`` if there was none in time."""
+        kind = SERVICES[order["type"]]
+        client = self.create_client(kind, order["service"])
+        request = kind.Request()
+        for name, value in order["request"].items():
+            setattr(request, name, Transition(id=value) if name == "transition" else value)
+        while not client.service_is_ready() and time.monotonic() < deadline:
+            self.spin_until(time.monotonic() + 0.05)
+        future = client.call_async(request)
+        while not future.done() and time.monotonic() < deadline:
+            self.spin_until(time.monotonic() + 0.05)
+        answer = future.result() if future.done() else None
+        if answer is None:
+            return None
+        fields = answer.get_fields_and_field_types()
+        return {name: str(getattr(answer, name)) for name in fields}
 
     def _publish_transforms(self, index: int, stamp_ns: int, order: dict[str, Any]) -> None:
         """Publish map -> odom -> base_link half a period before and after the image's stamp.
@@ -137,6 +201,9 @@ class SimulatedRobot(Node):
         So the node must interpolate, and wait for the second.
         """
         if "tf" in order["without"]:
+            return
+        if order["odometry_every"]:
+            self._publish_slow_transforms(index, stamp_ns, order)
             return
         poses = self.drive["map_from_camera"]
         message = TFMessage()
@@ -146,14 +213,42 @@ class SimulatedRobot(Node):
             pose = interpolate_poses(np.array([0, 2]), np.stack([poses[index], other]), np.array([1]))[0]
             odom_from_base = invert_transform(MAP_FROM_ODOM) @ pose @ invert_transform(BASE_FROM_OPTICAL)
             message.transforms += [
-                _stamped("map", "odom", MAP_FROM_ODOM, at_ns),
-                _stamped("odom", "base_link", odom_from_base, at_ns),
+                transform_message("map", "odom", MAP_FROM_ODOM, at_ns),
+                transform_message("odom", "base_link", odom_from_base, at_ns),
             ]
         if order["lost"]:
             for stamped in message.transforms:
                 stamped.transform.translation.x = float("nan")
         self._late_transforms.append((time.monotonic() + order["tf_delay"], message))
         self.send_due_transforms()
+
+    def _publish_slow_transforms(self, index: int, stamp_ns: int, order: dict[str, Any]) -> None:
+        """Publish transforms of this very moment if they are due, as odometry and a localiser of their own
+        do."""
+        pose = self.drive["map_from_camera"][index] @ invert_transform(BASE_FROM_OPTICAL)
+        if self._num_published >= self._next_odometry:
+            odom_from_base = invert_transform(MAP_FROM_ODOM) @ pose
+            self._tf_out.publish(
+                TFMessage(transforms=[transform_message("odom", "base_link", odom_from_base, stamp_ns)])
+            )
+            # One in seven is lost, the others come a little early or late.
+            every = order["odometry_every"]
+            self._next_odometry = (
+                self._num_published + every + int(self._jitter.choice([-1, 0, 0, 0, 0, 1, every]))
+            )
+        if self._num_published % order["correction_every"] == 0:
+            moved = MAP_FROM_ODOM.copy()
+            moved[1, 3] += CORRECTION * (self._num_published // order["correction_every"] % 2)
+            self._tf_out.publish(TFMessage(transforms=[transform_message("map", "odom", moved, stamp_ns)]))
+        self._num_published += 1
+
+    def num_unsettled(self) -> int:
+        """How many images the node has received and not dealt with, by its last report."""
+        values = self.diagnostics[-1]["values"] if self.diagnostics else {}
+        ends = ("processed", "superseded by newer ones", "dropped without a transform", "refused")
+        return int(values.get("images received", 1)) - sum(
+            int(values.get(f"images {end}", 0)) for end in ends
+        )
 
     def send_due_transforms(self) -> None:
         """Publish what has been held back long enough."""
@@ -177,13 +272,21 @@ class SimulatedRobot(Node):
         """Tell whether the node's last report on itself holds some text."""
         return bool(self.diagnostics) and text in self.diagnostics[-1]["message"]
 
+    def have_others_told(self, order: dict[str, Any]) -> bool:
+        """Tell whether other nodes have reported what is waited for."""
+        return all(
+            any(text in message for message in self.others.get(name, ()))
+            for name, text in order["until_others"].items()
+        )
+
     def outcome(self) -> dict[str, Any]:
         """Return all answers since the last call as JSON types."""
         outcome = {
             "stairways": self.stairways,
-            "markers": [_marker_dict(marker) for marker in self.markers.values()],
+            "markers": [marker_dict(marker) for marker in self.markers.values()],
             "detections": self.detections,
             "diagnostics": self.diagnostics,
+            "others": {name: list(messages) for name, messages in self.others.items()},
             "median_delay": float(np.median(self.delays)) if self.delays else None,
             "num_answers": len(self.delays),
         }
@@ -191,9 +294,9 @@ class SimulatedRobot(Node):
         return outcome
 
     def _take_stairways(self, message: StairwayArray) -> None:
-        self.last_answer_ns = _ns(message.header.stamp)
+        self.last_answer_ns = ns_from(message.header.stamp)
         self.delays.append((time.time_ns() - self.last_answer_ns) * 1e-9)
-        self.stairways = [_stairway_dict(stairway, message) for stairway in message.stairways]
+        self.stairways = [stairway_dict(stairway, message) for stairway in message.stairways]
 
     def _take_markers(self, message: MarkerArray) -> None:
         for marker in message.markers:
@@ -207,8 +310,8 @@ class SimulatedRobot(Node):
             {
                 "id": detection.id,
                 "class_id": detection.results[0].hypothesis.class_id,
-                "center": _vector(detection.bbox.center.position),
-                "size": _vector(detection.bbox.size),
+                "center": vector(detection.bbox.center.position),
+                "size": vector(detection.bbox.size),
                 "frame_id": detection.header.frame_id,
             }
             for detection in message.detections
@@ -216,6 +319,9 @@ class SimulatedRobot(Node):
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         status = message.status[0]
+        if not status.name.startswith("stairmap:"):
+            self.others.setdefault(status.name.partition(":")[0], {})[status.message] = None
+            return
         values = {item.key: item.value for item in status.values}
         self.diagnostics.append(
             {"level": int.from_bytes(status.level, "little"), "message": status.message, "values": values}
@@ -229,7 +335,7 @@ def main() -> None:
         drive = dict(arrays)
     orders = [{**ORDERS, **order} for order in json.loads(orders_file.read_text())]
     rclpy.init()
-    robot = SimulatedRobot(drive, orders[0]["reliability"], compressed=orders[0]["compressed"])
+    robot = SimulatedRobot(drive, orders[0])
     robot.publish_static()
     outcomes = []
     for order in orders:
@@ -244,6 +350,10 @@ def main() -> None:
 def carry_out(robot: SimulatedRobot, order: dict[str, Any]) -> dict[str, Any]:
     """Do one phase; its outcome says whether the node answered in time."""
     deadline = time.monotonic() + order["max_seconds"]
+    if order["mode"] == "call":
+        answer = robot.call(order, deadline)
+        robot.spin_until(time.monotonic() + 0.2)
+        return {**robot.outcome(), "answer": answer}
     if order["mode"] == "wait":
         while robot.stairways is None and time.monotonic() < deadline:
             robot.spin_until(time.monotonic() + 0.05)
@@ -255,6 +365,24 @@ def carry_out(robot: SimulatedRobot, order: dict[str, Any]) -> dict[str, Any]:
         robot.publish_path()
         answered = send(robot, 0, order, lambda: robot.is_higher(0.9), deadline)
         return {**robot.outcome(), "answered": answered}
+    if order["mode"] == "hear":
+        answered = send(robot, 0, order, answer_since_now(robot, order), deadline)
+        robot.outcome()
+        send(robot, 0, order, lambda: bool(robot.diagnostics), deadline)
+        for _ in range(2):
+            for index in range(len(robot.drive["depth"])):
+                send(robot, index, order, lambda: True, deadline)
+        heard = robot.outcome()
+        silent = {**order, "without": ["depth", "info"]}
+        answered &= send(
+            robot, len(robot.drive["depth"]) - 1, silent, lambda: not robot.num_unsettled(), deadline
+        )
+        after = robot.outcome()
+        return {
+            **after,
+            "diagnostics": [heard["diagnostics"][0], *after["diagnostics"]],
+            "answered": answered,
+        }
     # The first messages vanish while publishers and subscribers find each other.
     answered = send(robot, 0, order, answer_since_now(robot, order), deadline)
     robot.outcome()
@@ -265,8 +393,12 @@ def carry_out(robot: SimulatedRobot, order: dict[str, Any]) -> dict[str, Any]:
             send(robot, index, order, lambda: True, deadline)
     last = len(robot.drive["depth"]) - 1
     answered &= send(robot, last, order, answer_since_now(robot, order), deadline)
-    # The node reports on itself once in a second.
-    robot.spin_until(time.monotonic() + 1.2)
+    # The node reports on itself once in a second; images that came in a bunch are looked at after the newest.
+    robot.diagnostics.clear()
+    while robot.num_unsettled() and time.monotonic() < deadline:
+        robot.spin_until(time.monotonic() + 0.05)
+    answered &= send(robot, last, order, lambda: robot.have_others_told(order), deadline)
+    robot.spin_until(time.monotonic() + 0.1)
     return {**robot.outcome(), "answered": answered}
 
 
@@ -284,88 +416,11 @@ def send(
     while time.monotonic() < deadline:
         stamp_ns = time.time_ns() + int(order["clock_offset"] * 1e9)
         robot.publish(index, stamp_ns, order)
-        next_time += PERIOD
+        next_time += order["period"]
         robot.spin_until(next_time)
         if is_done():
             return True
     return False
-
-
-def _stamped(parent: str, child: str, parent_from_child: np.ndarray, stamp_ns: int) -> TransformStamped:
-    message = TransformStamped(child_frame_id=child)
-    message.header.frame_id, message.header.stamp = parent, _time(stamp_ns)
-    position, turn = message.transform.translation, message.transform.rotation
-    position.x, position.y, position.z = parent_from_child[:3, 3].tolist()
-    turn.x, turn.y, turn.z, turn.w = quat_from_rotation(parent_from_child[:3, :3]).tolist()
-    return message
-
-
-def _stamped_pose(map_from_camera: np.ndarray, stamp: Time) -> PoseStamped:
-    map_from_base = map_from_camera @ invert_transform(BASE_FROM_OPTICAL)
-    message = PoseStamped()
-    message.header.stamp = stamp
-    position, turn = message.pose.position, message.pose.orientation
-    position.x, position.y, position.z = map_from_base[:3, 3].tolist()
-    turn.x, turn.y, turn.z, turn.w = quat_from_rotation(map_from_base[:3, :3]).tolist()
-    return message
-
-
-def _raw_image(depth: np.ndarray) -> Image:
-    height, width = depth.shape
-    data = array.array("B", depth.tobytes())
-    return Image(height=height, width=width, encoding="16UC1", step=2 * width, data=data)
-
-
-def _time(stamp_ns: int) -> Time:
-    return Time(sec=stamp_ns // 1_000_000_000, nanosec=stamp_ns % 1_000_000_000)
-
-
-def _ns(stamp: Any) -> int:
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-
-
-def _vector(point: Any) -> list[float]:
-    return [point.x, point.y, point.z]
-
-
-def _stairway_dict(stairway: Any, message: StairwayArray) -> dict[str, Any]:
-    flights = []
-    for flight in stairway.flights:
-        turn = flight.pose.pose.orientation
-        flights.append(
-            {
-                "base": _vector(flight.pose.pose.position),
-                "heading": float(2.0 * np.arctan2(turn.z, turn.w)),
-                "rise": flight.rise,
-                "run": flight.run,
-                "width": flight.width,
-                "num_risers": flight.num_risers,
-                "covariance": np.asarray(flight.covariance).tolist(),
-                "pose_covariance": np.asarray(flight.pose.covariance).tolist(),
-                "num_steps": len(flight.steps),
-                "box_center": _vector(flight.box_center),
-                "box_size": _vector(flight.box_size),
-            }
-        )
-    return {
-        "id": stairway.id,
-        "frame_id": message.header.frame_id,
-        "num_observations": stairway.num_observations,
-        "first_seen_ns": _ns(stairway.first_seen),
-        "last_seen_ns": _ns(stairway.last_seen),
-        "flights": flights,
-    }
-
-
-def _marker_dict(marker: Marker) -> dict[str, Any]:
-    return {
-        "ns": marker.ns,
-        "frame_id": marker.header.frame_id,
-        "text": marker.text,
-        "points": [_vector(point) for point in marker.points],
-        "position": _vector(marker.pose.position),
-        "scale": _vector(marker.scale),
-    }
 
 
 if __name__ == "__main__":

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import signal
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from node_answers import assert_is_the_stairway, assert_markers_show, num_observations_in
 from ros_environment import Drive, RosEnvironment, wait_for
-
-from stairmap.stairway import Flight
 
 pytestmark = pytest.mark.usefixtures("wheels")
 
@@ -33,13 +30,6 @@ def test_a_stairway_comes_back_as_messages_markers_and_detections(
     last = outcome["diagnostics"][-1]
     assert (last["level"], last["message"]) == (0, "1 stairway")
     assert int(last["values"]["images processed"]) > 24
-
-
-def test_compressed_depth_is_taken(ros: RosEnvironment, drive: Drive) -> None:
-    ros.start_node(depth_transport="compressedDepth")
-    (outcome,) = ros.run_robot([{"compressed": True}])
-    assert outcome["answered"]
-    assert_is_the_stairway(outcome, drive.true_flight)
 
 
 def test_a_corrected_path_moves_the_stairway(ros: RosEnvironment, drive: Drive) -> None:
@@ -81,23 +71,6 @@ def test_a_localiser_that_is_lost_does_not_spoil_the_map(ros: RosEnvironment, dr
     assert lost["answered"]
     assert int(lost["diagnostics"][-1]["values"]["invalid transforms"]) > 0
     assert_is_the_stairway(after, drive.true_flight)
-
-
-def test_without_a_clock_the_node_still_says_why_nothing_comes(ros: RosEnvironment) -> None:
-    ros.start_node(max_silence=1.0, use_sim_time="true")
-    told = "no depth image ever came on /depth/image_rect_raw"
-    (outcome,) = ros.run_robot([{"mode": "listen", "until": told, "without": ["depth"]}])
-    assert outcome["answered"], outcome["diagnostics"]
-
-
-def test_missing_coordinate_frames_are_named_with_those_there_are(ros: RosEnvironment) -> None:
-    ros.start_node(map_frame="world")
-    told = (
-        "no pose of the camera: no coordinate frame 'world'; there are: base_link, "
-        "camera_depth_optical_frame, map, odom"
-    )
-    (outcome,) = ros.run_robot([{"mode": "listen", "until": told}])
-    assert outcome["answered"], outcome["diagnostics"]
 
 
 @pytest.mark.parametrize(
@@ -145,100 +118,3 @@ def test_a_killed_node_goes_on_where_it_was(ros: RosEnvironment, drive: Drive, t
     )
     assert_is_the_stairway(after, drive.true_flight)
     assert after["stairways"][0]["num_observations"] > wanted
-
-
-def test_a_stopped_node_writes_its_map(ros: RosEnvironment, drive: Drive, tmp_path: Path) -> None:
-    node = ros.start_node(map_file=tmp_path / "hall.npz", map_save_period=600)
-    (outcome,) = ros.run_robot([{}])
-    node.send_signal(signal.SIGINT)
-    assert node.wait(timeout=20) == 0
-    assert num_observations_in(tmp_path / "hall.json") == outcome["stairways"][0]["num_observations"]
-
-
-@pytest.mark.parametrize(
-    ("parameters", "told"),
-    [
-        ({"reliability": "sometimes"}, "parameter reliability: Input should be 'best_effort' or 'reliable'"),
-        ({"detection.max_depth": 50}, "parameter detection.max_depth: Input should be less than or equal"),
-        ({"map_file": "/nowhere/hall.npz"}, "the folder of map_file /nowhere/hall.npz is not there"),
-        ({"map_file": "hall.yaml"}, "map_file must end in .npz"),
-        ({"map_file": "hall.npz", "method": "delmerico2013"}, "map_file needs method: stairmap"),
-    ],
-)
-def test_an_impossible_parameter_ends_the_node_with_one_line(
-    ros: RosEnvironment, parameters: dict[str, Any], told: str
-) -> None:
-    node = ros.start_node(**parameters)
-    assert node.wait(timeout=60) == 1
-    assert the_only_line_of(ros).startswith(f"stairmap: {told}")
-
-
-def test_arguments_that_ros_cannot_read_end_the_node_without_a_traceback(ros: RosEnvironment) -> None:
-    node = ros.start_node(map_frame="")
-    assert node.wait(timeout=60) == 1
-    last = ros.node_log.read_text().splitlines()[-1]
-    assert last.startswith("stairmap: failed to initialize rcl: Couldn't parse parameter override rule")
-
-
-def test_without_tf2_msgs_the_node_says_what_to_install(ros: RosEnvironment) -> None:
-    node = ros.start_node(without_package="tf2_msgs")
-    assert node.wait(timeout=60) == 1
-    line = the_only_line_of(ros)
-    assert line.startswith("stairmap: tf2_msgs is not installed")
-    assert line.endswith("sudo apt install ros-$ROS_DISTRO-tf2-msgs")
-
-
-def test_without_vision_msgs_only_the_detections_are_missing(ros: RosEnvironment) -> None:
-    ros.start_node(without_package="vision_msgs")
-    (outcome,) = ros.run_robot([{"mode": "listen", "until": "stairway"}])
-    assert outcome["answered"]
-    assert outcome["stairways"] is not None
-
-
-def the_only_line_of(ros: RosEnvironment) -> str:
-    """What the node has printed, without what Fast DDS has to say about itself."""
-    lines = ros.node_log.read_text().splitlines()
-    (line,) = [line for line in lines if "[rmw_fastrtps_shared_cpp]" not in line]
-    return line
-
-
-def assert_is_the_stairway(outcome: dict[str, Any], true: Flight) -> dict[str, Any]:
-    """The one stairway of an outcome is the true one; return its flight."""
-    (stairway,) = outcome["stairways"]
-    assert (stairway["id"], stairway["frame_id"]) == (1, "map")
-    (flight,) = stairway["flights"]
-    assert abs(flight["rise"] - true.rise) < 0.005
-    assert abs(flight["run"] - true.run) < 0.006
-    assert abs(flight["width"] - true.width) < 0.04
-    assert flight["num_risers"] == flight["num_steps"] == true.num_risers
-    assert abs(flight["heading"] - true.heading) < np.radians(1.5)
-    np.testing.assert_allclose(flight["base"], true.base, atol=0.04)
-    covariance = np.reshape(flight["covariance"], (4, 4))
-    assert 0.0005 < np.sqrt(covariance[0, 0]) < 0.01
-    assert (np.linalg.eigvalsh(covariance) > -1e-12).all()
-    position_std = np.sqrt(np.diag(np.reshape(flight["pose_covariance"], (6, 6))))
-    assert (position_std[:3] > 0).all()
-    assert 0 < position_std[5] < np.radians(3.0)
-    return dict(flight)
-
-
-def assert_markers_show(markers: list[dict[str, Any]], flight: dict[str, Any], num_risers: int) -> None:
-    """Nosings, box and label are there once each, where the flight is."""
-    assert sorted(marker["ns"] for marker in markers) == ["box", "label", "nosings"]
-    assert {marker["frame_id"] for marker in markers} == {"map"}
-    by_name = {marker["ns"]: marker for marker in markers}
-    points = np.array(by_name["nosings"]["points"]).reshape(-1, 2, 3)
-    assert len(points) == num_risers
-    np.testing.assert_allclose(np.linalg.norm(points[:, 0] - points[:, 1], axis=1), flight["width"])
-    np.testing.assert_allclose(points[0, :, 2], flight["base"][2] + flight["rise"])
-    np.testing.assert_allclose(by_name["box"]["position"], flight["box_center"])
-    np.testing.assert_allclose(by_name["box"]["scale"], flight["box_size"])
-    assert f"rise {flight['rise'] * 1e3:.0f} ± " in by_name["label"]["text"]
-
-
-def num_observations_in(file: Path) -> int:
-    """Number of observations of the first stairway in a map file's JSON."""
-    if not file.exists():
-        return 0
-    stairways = json.loads(file.read_text())["stairways"]
-    return int(stairways[0]["num_observations"]) if stairways else 0

@@ -8,7 +8,7 @@ import numpy as np
 
 from stairmap.arrays import Transform
 from stairmap.errors import TransformLookupError, TransformProblem
-from stairmap_ros.pending_frames import MAX_PENDING, PendingFrame, PendingFrames
+from stairmap_ros.pending_frames import MAX_PENDING, MAX_PLACED, PendingFrame, PendingFrames
 
 Find = Callable[[PendingFrame[str]], Transform]
 
@@ -33,14 +33,44 @@ def filled(*stamps_ns: int, max_wait: float = 0.3) -> PendingFrames[str]:
     return pending
 
 
-def test_the_newest_image_wins_and_older_ones_are_counted() -> None:
+def stamps_taken(pending: PendingFrames[str], find_pose: Find, now: float) -> list[int]:
+    """Stamps of all images that can be taken at a moment, in their order."""
+    taken = []
+    while (placed := pending.take(find_pose, now)) is not None:
+        taken.append(placed.frame.stamp_ns)
+    return taken
+
+
+def test_the_newest_image_comes_first_and_those_before_it_follow() -> None:
+    # Odometry of 5 Hz places six images of a 30 Hz camera at once: none of them is lost.
+    pending = filled(1, 2, 3, 4, 5, 6)
+    assert stamps_taken(pending, known_until(6), now=0.2) == [6, 5, 4, 3, 2, 1]
+    assert (pending.num_superseded, pending.num_unplaced) == (0, 0)
+
+
+def test_an_image_that_comes_meanwhile_is_taken_before_older_ones() -> None:
     pending = filled(1, 2, 3)
     placed = pending.take(known_until(10), now=0.0)
     assert placed is not None
     assert placed.frame.stamp_ns == 3
-    assert pending.num_superseded == 2
-    assert pending.num_unplaced == 0
-    assert pending.take(known_until(10), now=0.0) is None
+    pending.put(frame(4))
+    assert stamps_taken(pending, known_until(10), now=0.03) == [4, 2, 1]
+
+
+def test_images_whose_turn_does_not_come_are_passed_over_and_counted() -> None:
+    pending = filled(*range(MAX_PLACED + 5))
+    assert len(stamps_taken(pending, known_until(100), now=0.0)) == MAX_PLACED
+    assert pending.num_superseded == 5
+
+
+def test_the_worker_goes_on_at_once_while_images_wait_for_their_turn() -> None:
+    pending = filled(1, 2)
+    assert pending.wait(timeout=0.0)
+    pending.take(known_until(10), now=0.0)
+    assert pending._news
+    pending.wait(timeout=0.0)
+    pending.take(known_until(10), now=0.0)
+    assert not pending._news
 
 
 def test_the_newest_image_with_a_transform_is_taken_and_a_newer_one_waits() -> None:
@@ -48,11 +78,9 @@ def test_the_newest_image_with_a_transform_is_taken_and_a_newer_one_waits() -> N
     placed = pending.take(known_until(2), now=0.1)
     assert placed is not None
     assert placed.frame.stamp_ns == 2
-    assert pending.take(known_until(2), now=0.1) is None
-    later = pending.take(known_until(3), now=0.2)
-    assert later is not None
-    assert later.frame.stamp_ns == 3
-    assert (pending.num_superseded, pending.num_unplaced) == (1, 0)
+    assert stamps_taken(pending, known_until(2), now=0.1) == [1]
+    assert stamps_taken(pending, known_until(3), now=0.2) == [3]
+    assert (pending.num_superseded, pending.num_unplaced) == (0, 0)
 
 
 def test_an_image_is_given_up_when_it_has_waited_long_enough() -> None:

@@ -20,7 +20,8 @@ from stairmap.modeling.look_table import MAX_SUPPORT, NUM_VIEWS
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import rotation_from_vector, transform_from_parts
-from stairmap_ros.map_file import MapFileError, check_map_file, load_map, save_map
+from stairmap_ros.map_file import check_map_file, load_map, save_map
+from stairmap_ros.map_file_lock import MapFileError
 from stairmap_ros.path_corrections import PathCorrections, trajectory_from_path
 from stairmap_ros.stairway_map import StairwayMap
 

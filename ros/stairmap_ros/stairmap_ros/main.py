@@ -27,6 +27,7 @@ def main() -> int:
         return 1
     try:
         node = StairmapNode()
+        node.autostart()
     except StairmapError as error:
         print(f"stairmap: {error}", file=sys.stderr)  # noqa: T201
         rclpy.shutdown()

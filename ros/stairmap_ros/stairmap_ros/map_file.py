@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from stairmap.errors import OutputError, StairmapError, TrajectoryError
+from stairmap.errors import OutputError, TrajectoryError
 from stairmap.export.results import stairways_json
 from stairmap.modeling.mapper import MapperState
 from stairmap.output_files import write_whole, write_whole_text
 from stairmap.session import MapSessionState
+from stairmap_ros.map_file_lock import MapFileError
 from stairmap_ros.stairway_map import MapSnapshot, StairwayMap
 from stairmap_ros.viewpoints import index_stamps_ns
 
@@ -25,10 +26,6 @@ SCHEMA = 2
 
 READABLE_SCHEMAS = (1, 2)
 """Versions that are read; 1 knows no looks, overhang and deviations of single steps."""
-
-
-class MapFileError(StairmapError):
-    """The map file cannot be read or written."""
 
 
 def check_map_file(text: str) -> Path | None:

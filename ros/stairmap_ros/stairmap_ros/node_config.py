@@ -36,8 +36,16 @@ class NodeConfig(BaseModel):
     compressedDepth."""
     method: Literal["stairmap", "delmerico2013"] = "stairmap"
     """Method: stairmap, or the one of ARL-TR-6381."""
-    max_transform_wait: float = Field(0.3, ge=0, le=1)
-    """How long an image waits for the transform of its stamp, s; then it is dropped and counted."""
+    depth_unit: float = Field(0.001, ge=1e-5, le=0.1)
+    """What one unit of a 16-bit depth image is, m: 0.001 by ROS's convention. A raw L515 has 0.00025. Not for
+    32FC1, which is in metres."""
+    max_transform_gap: float = Field(0.5, ge=0.01, le=10)
+    """Transforms farther apart than this, s, are not interpolated, except of a frame that moves less than
+    0.1 m and 2 deg within 2.5 s, as map -> odom does when it is corrected. Odometry of 5 Hz may lose a
+    message."""
+    max_transform_wait: float = Field(1.5, ge=0, le=10)
+    """How long an image waits for the transform of its stamp, s; then it is dropped and counted. It must be
+    longer than the period of the slowest transform, such as that of map -> odom."""
     max_silence: float = Field(5.0, gt=0, le=60)
     """After so long without an image and its camera_info, s, a warning names the silent topic."""
     views_per_place: int = Field(10, ge=1, le=1000)
@@ -49,6 +57,8 @@ class NodeConfig(BaseModel):
     """File that keeps the map over a restart (NAME.npz; NAME.json beside it is for people); empty: none."""
     map_save_period: float = Field(5.0, ge=0.5, le=600)
     """How often a changed map is written, s; also at the end."""
+    autostart: bool = True
+    """Whether the node configures and activates itself at the start. false where a lifecycle manager does."""
 
 
 def parameters_yaml() -> str:

@@ -11,6 +11,9 @@ import numpy as np
 from stairmap.detection.observation import Detection
 from stairmap.kernels import describe_kernels
 
+CLOCK = "clock"
+"""Kind of the trouble that time stands still: it may be why nothing comes."""
+
 
 class Level(IntEnum):
     """Level of a status; values as in ``diagnostic_msgs/DiagnosticStatus``."""
@@ -55,7 +58,6 @@ class NodeStatus:
     def __init__(self, topics: dict[str, str], *, max_silence: float, now: float) -> None:
         self._topics = topics
         self._max_silence = max_silence
-        self._started = now
         self._last_came: dict[str, float] = {}
         self._last_pair = now
         self._last_processed = now
@@ -63,13 +65,19 @@ class NodeStatus:
         self._refused_at = now
         self._last_detection: Detection | None = None
         self._delays: deque[float] = deque(maxlen=100)
-        self._problem: str | None = None
+        self._problems: dict[str, str] = {}
+        self._notes: dict[str, str] = {}
         self.num_received = 0
         self.num_processed = 0
         self.num_detections = 0
         self.num_refused = 0
         self.num_jumps = 0
         self.num_invalid_transforms = 0
+
+    def start(self, now: float) -> None:
+        """Begin anew to wait for images, as after a time in which none was looked at."""
+        self._last_pair = self._last_processed = now
+        self._refusal = None
 
     def message_came(self, topic: str, now: float) -> None:
         """Note a message on one of the topics."""
@@ -97,9 +105,16 @@ class NodeStatus:
         """Note how long after an image's stamp its result went out, s."""
         self._delays.append(delay)
 
-    def set_problem(self, problem: str | None) -> None:
+    def set_problem(self, kind: str, problem: str | None) -> None:
         """Name a lasting trouble of another kind, such as a full disk; ``None`` when it is over."""
-        self._problem = problem
+        if problem is None:
+            self._problems.pop(kind, None)
+        else:
+            self._problems[kind] = problem
+
+    def note(self, kind: str, text: str) -> None:
+        """Note what looks strange but can be used; a later note of the same kind takes its place."""
+        self._notes[kind] = text
 
     def status(self, num_stairways: int, unplaced: str | None, now: float) -> Status:
         """Say how it is.
@@ -120,8 +135,9 @@ class NodeStatus:
             return Status(level=Level.WARN, kind="transform", message=f"no pose of the camera: {unplaced}")
         if self._refusal is not None and now - self._last_processed > 1.0:
             return Status(level=Level.ERROR, kind="input", message=self._refusal)
-        if self._problem is not None:
-            return Status(level=Level.ERROR, kind="problem", message=self._problem)
+        if self._problems:
+            kind, problem = next(iter(self._problems.items()))
+            return Status(level=Level.ERROR, kind=kind, message=problem)
         if self.num_processed == 0:
             return Status(level=Level.OK, kind="waiting", message="waiting for the first image")
         kind = "found" if num_stairways else "looking"
@@ -143,6 +159,7 @@ class NodeStatus:
             "delay of the last 100 results, ms": delay,
             "reason against the last image": self._last_rejection() or "none",
             "kernels": describe_kernels(),
+            "notes": "; ".join(self._notes.values()) or "none",
         }
 
     def _describe_silence(self, silence: float, now: float) -> str:
@@ -154,6 +171,8 @@ class NodeStatus:
             elif now - came > self._max_silence:
                 silent.append(f"no {content} on {topic} for {now - came:.1f} s")
         what = "; ".join(silent) or self._refusal or "depth and camera_info do not go together"
+        if CLOCK in self._problems:
+            what += f"; {self._problems[CLOCK]}"
         return f"no depth image with its camera_info for {silence:.1f} s: {what}"
 
     def _describe_result(self, num_stairways: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,18 +14,65 @@ from stairmap.config import Config
 from stairmap.errors import ConfigError
 from stairmap_ros.node_config import NodeConfig, describe_field
 
+PARAMETERS_OF_ROS = ("use_sim_time", "start_type_description_service")
+"""Parameters that every node has."""
+
+PREFIX_OF_ROS = "qos_overrides."
+"""Parameters that ROS makes for some publishers."""
+
 
 def declare_parameters(node: Node) -> tuple[NodeConfig, Config]:
     """Declare all parameters and return their values; they do not change while the node runs.
 
+    Parameters
+    ----------
+    node
+        Made with ``allow_undeclared_parameters`` and ``automatically_declare_parameters_from_overrides``: so
+        what it was given under a name that is none is seen.
+
     Raises
     ------
     ConfigError
-        If a value is not allowed.
+        If a parameter is unknown, or its value is not allowed.
     """
+    _undeclare_given(node)
     own = _declare_section(node, NodeConfig(), "")
     sections = {name: _declare_section(node, section, f"{name}.") for name, section in Config()}
     return _validate(NodeConfig, own), _validate(Config, sections)
+
+
+def known_parameters() -> list[str]:
+    """Return the names of all parameters."""
+    names = list(NodeConfig.model_fields)
+    for name, section in Config():
+        names += [f"{name}.{field}" for field in type(section).model_fields]
+    return names
+
+
+def check_known(given: list[str]) -> None:
+    """Check that parameters exist.
+
+    Raises
+    ------
+    ConfigError
+        If one does not; it names the nearest that does.
+    """
+    known = known_parameters()
+    for name in given:
+        if name in known or name in PARAMETERS_OF_ROS or name.startswith(PREFIX_OF_ROS):
+            continue
+        nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
+        raise ConfigError(
+            f"there is no parameter {name}; did you mean {nearest}? config/stairmap.yaml lists all"
+        )
+
+
+def _undeclare_given(node: Node) -> None:
+    given = list(node.get_parameters_by_prefix(""))
+    check_known(given)
+    for name in given:
+        if name not in PARAMETERS_OF_ROS and not name.startswith(PREFIX_OF_ROS):
+            node.undeclare_parameter(name)
 
 
 def _declare_section(node: Node, section: BaseModel, prefix: str) -> dict[str, Any]:

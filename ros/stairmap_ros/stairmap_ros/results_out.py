@@ -27,6 +27,7 @@ class ResultsOut:
 
     def __init__(self, node: Node, map_frame: str) -> None:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._node = node
         self._map_frame = map_frame
         self._stairways_out = node.create_publisher(StairwayArray, "~/stairways", latched)
         self._markers_out = node.create_publisher(MarkerArray, "~/markers", latched)
@@ -34,7 +35,14 @@ class ResultsOut:
         self._detections_out = (
             None if empty is None else node.create_publisher(type(empty), "~/detections", latched)
         )
+        self._publishers = [self._stairways_out, self._markers_out, self._detections_out]
         self.num_stairways = 0
+
+    def close(self) -> None:
+        """End the publishers."""
+        for publisher in self._publishers:
+            if publisher is not None:
+                self._node.destroy_publisher(publisher)
 
     def publish(self, stairways: Sequence[Stairway], stamp_ns: int) -> None:
         """Publish all stairways as of the stamp of an image, nanoseconds."""

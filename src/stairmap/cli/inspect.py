@@ -108,7 +108,10 @@ def _describe_recording(recording: Recording, statistics: FrameStatistics) -> di
         "num_up_from_camera": statistics.num_up_from_camera,
         "num_up_from_floor": statistics.num_up_unknown,
         "kernels": describe_kernels(),
-        "problems": [*filter(None, [statistics.pose_mistake]), *recording.problems.to_lines()],
+        "problems": [
+            *filter(None, [statistics.pose_mistake, statistics.unit_mistake]),
+            *recording.problems.to_lines(),
+        ],
     } | ({"bag": describe_bag(recording)} if isinstance(recording, BagRecording) else {})
 
 

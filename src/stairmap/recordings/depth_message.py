@@ -19,6 +19,7 @@ from stairmap.recordings.depth_png import (
     decode_depth_png,
     decode_png_values,
 )
+from stairmap.recordings.rvl import decode_rvl
 
 VALUES_PER_METRE = 1000.0
 """Pixel values of a 16-bit depth image are millimetres."""
@@ -104,7 +105,7 @@ def depth_from_image(message: ImageMessage, *, values_per_metre: float = VALUES_
 def depth_from_compressed_image(
     message: CompressedImageMessage, *, values_per_metre: float = VALUES_PER_METRE
 ) -> DepthImage:
-    """Decode a ``compressedDepth`` image: 16UC1 as PNG, or 32FC1 as PNG of its quantised inverse.
+    """Decode a ``compressedDepth`` image: 16UC1, or the quantised inverse of 32FC1, as PNG or RVL.
 
     A header of 12 bytes comes first: the kind of compression and the two parameters of the quantisation,
     ``depth = a / (value - b)`` (compressed_depth_image_transport). 16-bit PNG without it, as the plain
@@ -114,23 +115,21 @@ def depth_from_compressed_image(
     encoding = message.format.partition(";")[0].strip()
     if data.startswith(_PNG_SIGNATURE):
         return decode_depth_png(data, values_per_metre)
-    if "rvl" in message.format.lower():
-        raise RecordingError(
-            "depth is compressed with RVL, which is not supported; republish it as raw, or record with "
-            "compressedDepth's format png"
-        )
     header_size = _COMPRESSED_DEPTH_HEADER.size
     if encoding not in DEPTH_ENCODINGS or "compressedDepth" not in message.format:
         raise RecordingError(
             f"expected compressedDepth of 16UC1 or 32FC1, got the format '{message.format}'; record "
             "the topic .../compressedDepth, not .../compressed"
         )
+    is_rvl = "compressedDepth rvl" in message.format
     if DEPTH_ENCODINGS[encoding] == "u2":
+        if is_rvl:
+            return _depth_from_whole(decode_rvl(data[header_size:]), values_per_metre)
         return decode_depth_png(data[header_size:], values_per_metre)
     if len(data) < header_size:
         raise DamagedImageError("the image is cut off")
     _, factor, offset = _COMPRESSED_DEPTH_HEADER.unpack_from(data)
-    values = decode_png_values(data[header_size:])
+    values = decode_rvl(data[header_size:]) if is_rvl else decode_png_values(data[header_size:])
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = np.float32(factor) / (values.astype(np.float32) - np.float32(offset))
     depth[values == 0] = np.nan

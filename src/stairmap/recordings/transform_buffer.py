@@ -12,8 +12,7 @@ import numpy as np
 
 from stairmap.arrays import Transform, readonly
 from stairmap.errors import TransformLookupError, TransformProblem
-from stairmap.recordings.transform_history import TransformHistory
-from stairmap.trajectory import MAX_GAP_NS
+from stairmap.recordings.transform_history import MAX_TRANSFORM_GAP_NS, TransformHistory
 from stairmap.transforms import invert_transform
 
 
@@ -29,10 +28,10 @@ class TransformBuffer:
         ``None`` keeps all.
     max_gap_ns
         Transforms farther apart in time are not interpolated, except that a coordinate frame which has
-        not moved may be silent for two seconds.
+        hardly moved may be silent for two and a half seconds.
     """
 
-    def __init__(self, *, max_age_ns: int | None = None, max_gap_ns: int = MAX_GAP_NS) -> None:
+    def __init__(self, *, max_age_ns: int | None = None, max_gap_ns: int = MAX_TRANSFORM_GAP_NS) -> None:
         self._max_age_ns = max_age_ns
         self._max_gap_ns = max_gap_ns
         self._static: dict[str, tuple[str, Transform]] = {}

@@ -12,14 +12,20 @@ from stairmap.errors import TransformProblem
 from stairmap.trajectory import SAME_STAMP_NS
 from stairmap.transforms import interpolate_poses
 
-MAX_STILL_GAP_NS = 2_000_000_000
-"""Up to this, nanoseconds, a longer gap is bridged if the frame is where it was: corrections come slowly."""
+MAX_TRANSFORM_GAP_NS = 500_000_000
+"""Transforms farther apart than this, nanoseconds, are not interpolated: odometry of 5 Hz that loses a
+message is. A robot that accelerates by 1 m/s² is then at most 3 cm from where a straight line puts it."""
 
-STILL_DISTANCE = 0.02
-"""A frame that is less than this from where it was before the gap, m, has not moved."""
+MAX_SLOW_GAP_NS = 2_500_000_000
+"""Up to this, nanoseconds, a longer gap is bridged if the frame has hardly moved: corrections of map -> odom
+come as rarely as every second or two."""
 
-STILL_ANGLE = 0.01
-"""A frame that is turned by less than this since, rad, has not moved."""
+SLOW_DISTANCE = 0.1
+"""A frame has hardly moved if it is less than this from where it was before the gap, m: no pose in between
+can be wrong by more."""
+
+SLOW_ANGLE = 0.035
+"""And if it is turned by less than this, rad: 2 deg."""
 
 _NUM_VALUES = 12
 """Values kept of a transform: its upper three rows."""
@@ -84,7 +90,8 @@ class TransformHistory:
         stamps_ns = np.array([self._stamps_ns[after - 1], self._stamps_ns[after]])
         around = np.stack([self._transform(after - 1), self._transform(after)])
         gap_ns = int(stamps_ns[1] - stamps_ns[0])
-        if gap_ns > max_gap_ns and not (gap_ns <= MAX_STILL_GAP_NS and _is_still(around[0], around[1])):
+        is_slow = gap_ns <= MAX_SLOW_GAP_NS and _has_hardly_moved(around[0], around[1])
+        if gap_ns > max_gap_ns and not is_slow:
             return TransformProblem.GAP
         between: Transform = interpolate_poses(stamps_ns, around, np.array([stamp_ns]))[0]
         return between
@@ -105,7 +112,7 @@ class TransformHistory:
         return transform
 
 
-def _is_still(before: Transform, after: Transform) -> bool:
+def _has_hardly_moved(before: Transform, after: Transform) -> bool:
     cosine = (np.trace(before[:3, :3].T @ after[:3, :3]) - 1.0) / 2.0
     distance = np.linalg.norm(after[:3, 3] - before[:3, 3])
-    return bool(distance <= STILL_DISTANCE and cosine >= np.cos(STILL_ANGLE))
+    return bool(distance <= SLOW_DISTANCE and cosine >= np.cos(SLOW_ANGLE))

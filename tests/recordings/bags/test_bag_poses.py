@@ -18,6 +18,7 @@ from bag_files import (
     transform_messages,
     write_bag,
 )
+from small_recordings import write_recording
 from stairmap.errors import TrajectoryError
 from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.base import Recording
@@ -191,18 +192,30 @@ def test_fixed_camera_has_the_pose_of_its_tripod(tmp_path: Path, walk: ImageFold
     assert recording.check_poses().map_from_camera[:, 0, 3] == pytest.approx([7.1] * 4)
 
 
-def test_gap_in_the_transforms_costs_the_frames_in_it(tmp_path: Path, walk: ImageFolderRecording) -> None:
+def test_gap_in_the_transforms_costs_the_frames_in_it(tmp_path: Path) -> None:
+    walk = ImageFolderRecording(write_recording(tmp_path / "images", num_frames=8))
+
     def is_kept(message: tuple[int, str, object]) -> bool:
-        return message[1] != "/tf" or message[0] not in {100_000_000, 200_000_000}
+        return message[1] != "/tf" or not 100_000_000 <= message[0] <= 600_000_000
 
     recording = opened(tmp_path, list(filter(is_kept, robot_messages(ROS, walk))))
-    assert recording.problems.num_frames_without_pose == 2
-    assert "2 of 4 frames have no pose: 2 between poses more than 0.1 s apart" in recording.problems.notes
+    assert recording.problems.num_frames_without_pose == 6
+    assert "6 of 8 frames have no pose: 6 between poses more than 0.1 s apart" in recording.problems.notes
     assert (
-        "no transform from base_link to odom at 0.100 s: there is a gap of 0.300 s around it"
+        "no transform from base_link to odom at 0.100 s: there is a gap of 0.700 s around it"
         in (recording.problems.notes[1])
     )
     assert [frame.stamp_ns for frame in recording] == walk._stamps_ns.tolist()
+
+
+def test_transforms_at_5_hz_give_every_frame_its_pose(tmp_path: Path) -> None:
+    walk = ImageFolderRecording(write_recording(tmp_path / "images", num_frames=7))
+
+    def is_kept(message: tuple[int, str, object]) -> bool:
+        return message[1] != "/tf" or message[0] % 200_000_000 == 0
+
+    recording = opened(tmp_path, list(filter(is_kept, robot_messages(ROS, walk))))
+    assert recording.problems.num_frames_without_pose == 0
 
 
 def test_transforms_that_stop_half_way_cost_the_frames_after(

@@ -11,7 +11,8 @@ from stairmap.arrays import IntArray, Transform
 from stairmap.errors import TrajectoryError, TransformLookupError, TransformProblem
 from stairmap.recordings.bags.scan import PoseTopic, ScannedStretch
 from stairmap.recordings.bags.transform_intake import TransformIntake, guess_map_frame
-from stairmap.trajectory import MAX_GAP_NS, Trajectory
+from stairmap.recordings.transform_history import MAX_TRANSFORM_GAP_NS
+from stairmap.trajectory import Trajectory
 
 LookUp = Callable[[int], Transform]
 """Gives ``map_from_camera`` at a stamp, or raises TransformLookupError."""
@@ -141,7 +142,7 @@ def _from_pose_topic(
         )
 
     def look_up(stamp_ns: int) -> Transform:
-        found = poses.history.at(stamp_ns, max_gap_ns=MAX_GAP_NS) if len(poses.history) else None
+        found = poses.history.at(stamp_ns, max_gap_ns=MAX_TRANSFORM_GAP_NS) if len(poses.history) else None
         if found is None:
             raise TransformLookupError(f"{topic} has no poses", TransformProblem.NOT_CONNECTED)
         if isinstance(found, TransformProblem):

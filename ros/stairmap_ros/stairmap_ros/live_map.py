@@ -1,0 +1,139 @@
+"""The node's map while it runs: one thread adds images, others correct, save, load and clear it. No ROS in
+here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from threading import Lock
+
+from stairmap.arrays import DepthImage, Transform
+from stairmap.camera import PinholeCamera
+from stairmap.detection.observation import Detection
+from stairmap.stairway import Stairway
+from stairmap.trajectory import Trajectory
+from stairmap_ros.path_corrections import PathCorrections
+from stairmap_ros.stairway_map import MapSnapshot, StairwayMap
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlacedDepth:
+    """A depth image with all that is known of it.
+
+    Attributes
+    ----------
+    depth
+        (height, width) float32, m, NaN where nothing was measured.
+    camera
+        Its intrinsics.
+    stamp_ns
+        When it was taken, nanoseconds.
+    map_from_camera
+        (4, 4) pose of the camera's optical coordinate frame.
+    map_from_body
+        (4, 4) pose of the robot; ``None`` where it is not known.
+    """
+
+    depth: DepthImage
+    camera: PinholeCamera
+    stamp_ns: int
+    map_from_camera: Transform
+    map_from_body: Transform | None
+
+
+class LiveMap:
+    """A map that several threads use, and that says whenever it was asked anew.
+
+    Parameters
+    ----------
+    make_map
+        Gives an empty map.
+    publish
+        Called with the stairways, and the stamp of the newest image looked at in nanoseconds (0 before the
+        first): after each image, correction, load and clear.
+    """
+
+    def __init__(
+        self, make_map: Callable[[], StairwayMap], publish: Callable[[Sequence[Stairway], int], None]
+    ) -> None:
+        self._make_map, self._publish = make_map, publish
+        self._lock = Lock()
+        self._map = make_map()
+        self._num_replaced = 0
+        self._corrections = PathCorrections(first=0)
+        self._newest_ns = 0
+
+    @property
+    def version(self) -> tuple[int, int]:
+        """Something else whenever the map has changed."""
+        return self._num_replaced, self._map.version
+
+    def publish(self) -> None:
+        """Publish what is known."""
+        with self._lock:
+            self._publish(self._map.stairways(), self._newest_ns)
+
+    def look(self, image: PlacedDepth) -> Detection:
+        """Look at an image, let it enter the map if it is of use, and publish what is known then."""
+        stairway_map = self._map
+        frame = stairway_map.frame(image.depth, image.camera)
+        detection = stairway_map.detect(frame, image.map_from_camera)
+        with self._lock:
+            if stairway_map is not self._map:  # cleared or loaded meanwhile
+                return detection
+            self._map.add(frame, detection, image.stamp_ns, image.map_from_camera)
+            if image.map_from_body is not None:
+                self._corrections.add(image.stamp_ns, image.map_from_body)
+            self._newest_ns = max(self._newest_ns, image.stamp_ns)
+            self._publish(self._map.stairways(), self._newest_ns)
+        return detection
+
+    def correct(self, path: Trajectory) -> None:
+        """Move the map by what SLAM says now about where the robot has been.
+
+        Raises
+        ------
+        TrajectoryError
+            If the path has no stamp of the time since the node started.
+        """
+        with self._lock:
+            first, poses = self._corrections.corrected(path, self._map.viewpoints.stamps_ns, self._map.poses)
+            self._map.correct(first, poses)
+            self._publish(self._map.stairways(), self._newest_ns)
+
+    def forget_way(self) -> None:
+        """Begin to note the robot's way and stamps anew, as after a jump in time; the map is kept."""
+        with self._lock:
+            self._newest_ns = 0
+            self._begin_way()
+
+    def new_map(self) -> StairwayMap:
+        """Return an empty map of the same kind, to be filled and then handed to ``replace``."""
+        return self._make_map()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self.replace(self._make_map())
+
+    def replace(self, stairway_map: StairwayMap) -> None:
+        """Go on with another map."""
+        with self._lock:
+            self._map = stairway_map
+            self._num_replaced += 1
+            self._newest_ns = 0
+            self._begin_way()
+            self._publish(self._map.stairways(), self._newest_ns)
+
+    def snapshot(self) -> MapSnapshot:
+        """Return a copy of all that is known, for a file.
+
+        Raises
+        ------
+        StairmapError
+            If the method cannot be kept.
+        """
+        with self._lock:
+            return self._map.snapshot()
+
+    def _begin_way(self) -> None:
+        self._corrections = PathCorrections(first=len(self._map.viewpoints))

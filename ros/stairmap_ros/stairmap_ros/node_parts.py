@@ -1,0 +1,161 @@
+"""What a configured node is made of: inputs, the map, outputs, and the worker while it is active."""
+
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack, closing
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from stairmap.config import Config
+from stairmap.errors import StairmapError
+from stairmap_ros.depth_in import DepthIn, find_depth_topics, stamp_of
+from stairmap_ros.image_worker import ImageWorker
+from stairmap_ros.live_map import LiveMap
+from stairmap_ros.map_keeper import MapKeeper
+from stairmap_ros.map_services import MapServices
+from stairmap_ros.node_config import NodeConfig
+from stairmap_ros.node_status import NodeStatus
+from stairmap_ros.path_in import PathIn
+from stairmap_ros.pending_frames import PendingFrame, PendingFrames
+from stairmap_ros.results_out import ResultsOut
+from stairmap_ros.stairway_map import StairwayMap
+from stairmap_ros.status_out import StatusOut
+from stairmap_ros.time_jumps import TimeJumps
+from stairmap_ros.transforms_in import TransformsIn
+
+
+class NodeParts:
+    """Everything between ``on_configure`` and ``on_cleanup``.
+
+    Callbacks only take note of messages; the worker looks at images. So the node never falls behind, and
+    messages are taken in while an image is looked at.
+
+    Parameters
+    ----------
+    node
+        Whose topics these are.
+    own, config
+        The node's own parameters, and those of the stages.
+
+    Raises
+    ------
+    StairmapError
+        If the map file cannot be used or a message package is missing.
+    """
+
+    def __init__(self, node: Node, own: NodeConfig, config: Config) -> None:
+        self._node, self._own = node, own
+        self._worker: ImageWorker | None = None
+        with ExitStack() as made:
+            self._make_outputs_and_map(made, config)
+            self._make_inputs(made)
+            node.get_logger().info(self._keeper.go_on())
+            self._live_map.publish()
+            # Nothing has failed: it stays until close().
+            self._made = made.pop_all()
+
+    def _make_outputs_and_map(self, made: ExitStack, config: Config) -> None:
+        node, own = self._node, self._own
+        self._results = made.enter_context(closing(ResultsOut(node, own.map_frame)))
+        self._live_map = LiveMap(
+            lambda: StairwayMap(config, method=own.method, views_per_place=own.views_per_place),
+            self._results.publish,
+        )
+        self._keeper = made.enter_context(
+            closing(MapKeeper(self._live_map, file=own.map_file, map_frame=own.map_frame))
+        )
+        made.enter_context(closing(MapServices(node, self._live_map, self._keeper)))
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        save_timer = node.create_timer(own.map_save_period, self.save, clock=steady)
+        made.callback(node.destroy_timer, save_timer)
+
+    def _make_inputs(self, made: ExitStack) -> None:
+        node, own = self._node, self._own
+        topics = find_depth_topics(node, own.depth_transport)
+        self._status = NodeStatus(
+            {topics.depth: "depth image", topics.camera_info: "camera_info"},
+            max_silence=own.max_silence,
+            now=time.monotonic(),
+        )
+        self._pending: PendingFrames[Any] = PendingFrames(max_wait=own.max_transform_wait)
+        self._jumps = TimeJumps()
+        transforms = TransformsIn(
+            node,
+            max_gap=own.max_transform_gap,
+            status=self._status,
+            watch_clock=self._watch_clock,
+            changed=self._pending.transforms_changed,
+        )
+        self._transforms = made.enter_context(closing(transforms))
+        self._depth = made.enter_context(closing(DepthIn(node, own, self._status, self._take_image)))
+        made.enter_context(closing(PathIn(node, self._live_map, own.map_frame)))
+        reports = StatusOut(
+            node,
+            self._status,
+            self._pending,
+            is_active=self._is_active,
+            count_stairways=lambda: self._results.num_stairways,
+        )
+        made.enter_context(closing(reports))
+
+    def activate(self) -> None:
+        """Begin to look at images."""
+        self._pending.open()
+        self._status.start(time.monotonic())
+        self._worker = ImageWorker(
+            self._own,
+            pending=self._pending,
+            transforms=self._transforms,
+            live_map=self._live_map,
+            status=self._status,
+            camera_info=lambda: self._depth.info,
+            now_ns=lambda: int(self._node.get_clock().now().nanoseconds),
+        )
+
+    def deactivate(self) -> None:
+        """Stop looking at images; the map and its topics stay."""
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+        self.save()
+
+    def close(self) -> None:
+        """Stop everything, write the map, and let others have its file."""
+        self.deactivate()
+        self._made.close()
+
+    def save(self) -> None:
+        """Write the map file if the map has changed."""
+        try:
+            self._keeper.save_changed()
+        except StairmapError as error:
+            self._status.set_problem("map file", str(error))
+            self._node.get_logger().error(str(error), throttle_duration_sec=60.0)
+        else:
+            self._status.set_problem("map file", None)
+
+    def _is_active(self) -> bool:
+        if self._worker is not None and not self._worker.is_alive:
+            raise RuntimeError("the worker has ended with an error, told above")
+        return self._worker is not None
+
+    def _take_image(self, message: Any, arrived: float) -> None:
+        stamp_ns = stamp_of(message)
+        self._watch_clock("images", stamp_ns)
+        if self._depth.info is not None and self._worker is not None:
+            self._pending.put(PendingFrame(message=message, stamp_ns=stamp_ns, arrived=arrived))
+
+    def _watch_clock(self, source: str, stamp_ns: int) -> None:
+        back_ns = self._jumps.find(source, stamp_ns)
+        if not back_ns:
+            return
+        self._status.num_jumps += 1
+        self._transforms.clear()
+        self._pending.clear()
+        self._live_map.forget_way()
+        self._node.get_logger().warning(
+            f"{source}: time went back by {back_ns * 1e-9:.1f} s; transforms are forgotten, the map is kept"
+        )
