@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from stairmap.arrays import Float32Array, Float64Array, Vector
+from stairmap.arrays import Float64Array, Vector, readonly
 from stairmap.detection.inverse_depth import SurfaceNormals
 from stairmap.geometry import angle_between, cross, normalized
+from stairmap.kernels import count_floor_cells, find_facing, sum_normals
+from stairmap.kernels.normals import FacingLimits, NormalLimits
 
 MAX_PEAKS = 6
 """Peaks of the heading histogram that are looked at."""
@@ -18,6 +21,22 @@ UPRIGHT_WEIGHT = 0.1
 
 HEADING_BINS = 72
 """Bins of the heading histogram: 5 degrees each."""
+
+PEAK_REACH, MAX_HEADING = np.radians(8.0), np.radians(80.0)
+"""Normals within the first of a peak tell its heading; beyond the second nothing is ahead, rad."""
+
+MAX_UPRIGHT, MIN_UPRIGHT = 0.45, 20
+"""Largest component along up of an upright normal, 27 degrees, and the fewest of them that tell a heading."""
+
+DISTANCE_BIN, MAX_DISTANCE_BINS, MIN_IN_BIN = 0.08, 100, 3
+"""Distances across a heading are counted in bins of so many metres, half of a short run, up to 8 m; more
+normals than the last make one a surface's."""
+
+MIN_FLOOR_DOWN, MIN_FLOOR_DISTANCE = 0.5, 0.1
+"""Normals of a floor point down the image by this component at least, and lie so far from the camera, m."""
+
+FLOOR_CELLS = 40
+"""Cells along each level component of a normal: 3 degrees each."""
 
 MAX_RESIDUAL = 1.5
 """Normals whose plane fits worse than this many times the frame's noise do not tell up."""
@@ -87,36 +106,34 @@ def correct_up(
     """
     # Where a window straddles an edge, or a sensor rounds it, the plane fits badly and leans. A sensor that
     # smooths makes slopes of narrow treads that fit well, but between neighbours that are not parallel.
-    is_plane = surfaces.residual <= max(MAX_RESIDUAL * surfaces.noise, PLANE_RESIDUAL)
-    normals, is_inner = surfaces.normals[is_plane], surfaces.is_inner[is_plane]
+    max_residual = max(MAX_RESIDUAL * surfaces.noise, PLANE_RESIDUAL)
     ground = up
     for level_limit, upright_limit in ((15.0, 10.0), (9.0, 8.0), (5.0, 6.0)):
-        along = normals @ ground.astype(np.float32)
-        level = is_inner & (along < -np.cos(np.radians(level_limit)))
-        upright = np.abs(along) < np.sin(np.radians(upright_limit))
-        if np.count_nonzero(level) < max(MIN_LEVEL_SHARE * len(normals), 10):
+        limits = NormalLimits(
+            max_residual, -math.cos(math.radians(level_limit)), math.sin(math.radians(upright_limit))
+        )
+        num_planes, num_level, level, _, scatter = sum_normals(
+            surfaces.normals, surfaces.residual, surfaces.is_inner, ground, limits
+        )
+        if num_level < max(MIN_LEVEL_SHARE * num_planes, 10):
             return CorrectedUp(up, std, up)
-        ground = _mean_up(normals[level], normals[upright])
-    share = np.count_nonzero(level) / len(normals)
+        # Up that minimises |u + n|^2 over level normals and (u·n)^2 over upright ones.
+        ground = normalized(np.linalg.solve(num_level * np.eye(3) + UPRIGHT_WEIGHT * scatter, -level))
+    share = num_level / num_planes
     if np.arccos(np.clip(ground @ up, -1, 1)) > max_correction * min(1.0, share / FULL_TURN_SHARE):
         return CorrectedUp(up, std, up)
-    first = normalized(np.cross(up, [1.0, 0.0, 0.0] if abs(up[0]) < 0.9 else [0.0, 1.0, 0.0]))
+    first = normalized(cross(up, _X_AXIS if abs(up[0]) < 0.9 else _Y_AXIS))
     basis = np.stack([first, cross(up, first)])
-    walls = normals[upright].astype(np.float64)
-    information = (walls @ basis.T).T @ (walls @ basis.T) / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
-    pull = -(walls @ basis.T).T @ (walls @ up) / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
+    information = basis @ scatter @ basis.T / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
+    pull = -basis @ scatter @ up / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
     # What all of them share does not average out.
     known = 1.0 / (1.0 + np.trace(information) * UPRIGHT_STD**2)
-    noise = LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE / np.count_nonzero(level)
+    noise = LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE / num_level
     mean, variance = _weigh_grounds(basis @ ground, noise, (known * information, known * pull), std)
     return CorrectedUp(normalized(up + mean @ basis), float(np.sqrt(variance)), ground)
 
 
-def _mean_up(level: Float32Array, upright: Float32Array) -> Vector:
-    """Up that minimises |u + n|^2 over level normals and (u·n)^2 over upright ones."""
-    scatter = np.asarray(upright.T @ upright, dtype=np.float64)
-    matrix = len(level) * np.eye(3) + UPRIGHT_WEIGHT * scatter
-    return normalized(np.linalg.solve(matrix, -level.sum(axis=0, dtype=np.float64)))
+_X_AXIS, _Y_AXIS = readonly([1.0, 0.0, 0.0]), readonly([0.0, 1.0, 0.0])
 
 
 def _weigh_grounds(
@@ -135,22 +152,28 @@ def _weigh_grounds(
     std
         Standard deviation of the given up, rad.
     """
-    weights, means, variances = [], [], []
+    # Two by two: written out, as numpy takes a tenth of a millisecond for each inverse.
+    (a, b), (_, d) = walls[0].tolist()
+    x, y = ground.tolist()
+    wall_x, wall_y = walls[1].tolist()
+    logs, means, variances = [], [], []
     for share, slope in GROUNDS:
         variance = noise + slope**2
-        information = np.eye(2) / std**2 + np.eye(2) / variance + walls[0]
-        pull = ground / variance + walls[1]
-        mean = np.linalg.solve(information, pull)
+        own = 1.0 / std**2 + 1.0 / variance
+        first, last = a + own, d + own
+        pull_x, pull_y = x / variance + wall_x, y / variance + wall_y
+        determinant = first * last - b * b
+        mean = (last * pull_x - b * pull_y) / determinant, (first * pull_y - b * pull_x) / determinant
         # Log of the evidence, less what both grounds have in common.
-        log = 0.5 * (pull @ mean - ground @ ground / variance) - np.log(variance)
-        weights.append(np.log(share) + log - 0.5 * np.log(np.linalg.det(information)))
+        evidence = 0.5 * (pull_x * mean[0] + pull_y * mean[1] - (x * x + y * y) / variance)
+        logs.append(math.log(share) + evidence - math.log(variance) - 0.5 * math.log(determinant))
         means.append(mean)
-        variances.append(0.5 * np.trace(np.linalg.inv(information)))
-    weight = np.exp(np.array(weights) - max(weights))
+        variances.append(0.5 * (first + last) / determinant)
+    weight = np.exp(np.array(logs) - max(logs))
     weight /= weight.sum()
-    mean = weight @ np.array(means)
-    spread = 0.5 * np.sum((np.array(means) - mean) ** 2, axis=1)
-    return mean, float(weight @ (np.array(variances) + spread))
+    mean_turn = weight @ np.array(means)
+    spread = 0.5 * np.sum((np.array(means) - mean_turn) ** 2, axis=1)
+    return mean_turn, float(weight @ (np.array(variances) + spread))
 
 
 def estimate_up(surfaces: SurfaceNormals) -> Vector | None:
@@ -164,25 +187,27 @@ def estimate_up(surfaces: SurfaceNormals) -> Vector | None:
     -------
     (3,) unit vector, camera frame; ``None`` when too little of the frame agrees.
     """
-    normals, points = surfaces.normals, surfaces.points
-    candidates = normals[(normals[:, 1] > 0.5) & (np.einsum("ij,ij->i", normals, points) > 0.1)]
+    normals = surfaces.normals
+    candidates, counts = count_floor_cells(
+        normals, surfaces.points, MIN_FLOOR_DOWN, MIN_FLOOR_DISTANCE, FLOOR_CELLS
+    )
     if len(candidates) < max(0.03 * len(normals), 30):
         return None
     # A histogram over the two level components finds the mode without iteration.
-    cells = np.floor((candidates[:, [0, 2]] + 1.0) * 20).astype(np.int64)
-    counts = np.bincount(cells[:, 0] * 64 + cells[:, 1], minlength=64 * 64).reshape(64, 64)
-    smooth = counts.copy()
+    smooth = counts
     for axis in (0, 1):
         smooth = smooth + np.roll(smooth, 1, axis) + np.roll(smooth, -1, axis)
     best = np.unravel_index(int(np.argmax(smooth)), smooth.shape)
-    x, z = (np.array(best) + 0.5) / 20 - 1.0
+    x, z = (np.array(best) + 0.5) / (FLOOR_CELLS / 2) - 1.0
     up = -normalized([x, np.sqrt(max(1.0 - x * x - z * z, 0.01)), z])
+    residual, is_floor = np.zeros(len(candidates), dtype=np.float32), np.ones(len(candidates), dtype=bool)
     for limit in (15.0, 8.0, 5.0):
-        near = candidates @ up.astype(np.float32) < -np.cos(np.radians(limit))
+        level = NormalLimits(max_residual=np.inf, max_level=-math.cos(math.radians(limit)), max_upright=0.0)
+        _, num_near, near, _, _ = sum_normals(candidates, residual, is_floor, up, level)
         share = 0.03 if -up[1] > np.cos(np.radians(35)) else 0.1
-        if np.count_nonzero(near) < max(share * len(normals), 30):
+        if num_near < max(share * len(normals), 30):
             return None
-        up = -normalized(candidates[near].sum(axis=0, dtype=np.float64))
+        up = -normalized(near)
     return up
 
 
@@ -250,30 +275,19 @@ def find_headings(surfaces: SurfaceNormals, up: Vector, *, max_headings: int) ->
     -------
     Headings in descending order of their distances: a wall stands at one, risers at many.
     """
-    normals = surfaces.normals
-    ahead, left = level_axes(up)
-    upright = np.abs(normals @ up.astype(np.float32)) < 0.45
-    if np.count_nonzero(upright) < 20:
-        return []
-    level = normals[upright]
-    angles = np.arctan2(level @ left.astype(np.float32), level @ ahead.astype(np.float32))
-    bins = ((angles + np.pi) * (HEADING_BINS / (2 * np.pi))).astype(np.int64) % HEADING_BINS
-    counts = np.bincount(bins, minlength=HEADING_BINS)
-    smooth = np.roll(counts, 1) + 2 * counts + np.roll(counts, -1)
-    is_peak = (smooth >= np.roll(smooth, 1)) & (smooth > np.roll(smooth, -1)) & (smooth > 20)
-    points = surfaces.points[upright]
-    headings = []
-    peaks = np.flatnonzero(is_peak)
-    for peak in peaks[np.argsort(-smooth[peaks])][:MAX_PEAKS]:
-        center = (peak + 0.5) * 2 * np.pi / HEADING_BINS - np.pi
-        offsets = (angles - center + np.pi) % (2 * np.pi) - np.pi
-        near = np.abs(offsets) < np.radians(8)
-        angle = center + float(np.median(offsets[near]))
-        if abs(angle) > np.radians(80):
-            continue
-        direction = np.cos(angle) * ahead + np.sin(angle) * left
-        distances = points[near] @ direction.astype(np.float32)
-        histogram = np.bincount(np.clip(distances / 0.08, 0, 100).astype(np.int64))
-        headings.append(Heading(angle, int(np.count_nonzero(histogram > 3))))
+    limits = FacingLimits(
+        max_upright=MAX_UPRIGHT,
+        min_count=MIN_UPRIGHT,
+        num_bins=HEADING_BINS,
+        max_peaks=MAX_PEAKS,
+        reach=PEAK_REACH,
+        max_angle=MAX_HEADING,
+        width=DISTANCE_BIN,
+        max_bins=MAX_DISTANCE_BINS,
+        min_in_bin=MIN_IN_BIN,
+    )
+    axes = np.array([up, *level_axes(up)])
+    angles, numbers = find_facing(surfaces.normals, surfaces.points, axes, limits)
+    headings = [Heading(*found) for found in zip(angles.tolist(), numbers.tolist(), strict=True)]
     headings.sort(key=lambda heading: -heading.num_distances)
     return headings[:max_headings]

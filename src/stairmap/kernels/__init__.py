@@ -6,24 +6,46 @@ no method, no decision and no constant of the method: those are its arguments.
 
 from __future__ import annotations
 
-from stairmap.kernels import corners, equations, lattices, outlines, predictions, sampling
+from stairmap.kernels import (
+    corners,
+    equations,
+    images,
+    lattices,
+    normals,
+    outlines,
+    planes,
+    predictions,
+    sampling,
+)
 from stairmap.kernels.choice import VARIANT, chosen, describe_kernels
 
 __all__ = [
     "VARIANT",
+    "count_floor_cells",
     "describe_kernels",
     "find_creases",
+    "find_facing",
     "find_jumps",
+    "fit_window_planes",
     "label_close",
+    "measure_jumps",
     "pair_corners",
     "predict_rays",
+    "reduce_depth",
     "sample_rays",
     "sample_strips",
     "score_lattices",
     "sum_equations",
+    "sum_normals",
     "trace_outline",
 ]
 
+reduce_depth = chosen(images.reduce_depth)
+measure_jumps = chosen(images.measure_jumps)
+fit_window_planes = chosen(planes.fit_window_planes)
+sum_normals = chosen(normals.sum_normals)
+count_floor_cells = chosen(normals.count_floor_cells)
+find_facing = chosen(normals.find_facing)
 sample_rays = chosen(sampling.sample_rays)
 sample_strips = chosen(sampling.sample_strips)
 find_jumps = chosen(corners.find_jumps)

@@ -14,14 +14,6 @@ struct Limits {
         surface_variance, tail, rays_per_sample, cost_std;
 };
 
-double median_of(std::vector<double> &values) {
-    const size_t middle = values.size() / 2;
-    std::nth_element(values.begin(), values.begin() + middle, values.end());
-    const double upper = values[middle];
-    if (values.size() % 2) return upper;
-    return 0.5 * (*std::max_element(values.begin(), values.begin() + middle) + upper);
-}
-
 }  // namespace
 
 nb::tuple sum_equations(nb::tuple rays, const std::array<double, 5> &view, nb::tuple table, nb::handle gradients,

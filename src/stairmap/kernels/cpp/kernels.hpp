@@ -1,7 +1,9 @@
 // All kernels of the module; each is told in its twin, the Python function of the same name.
 #pragma once
 
+#include <algorithm>
 #include <tuple>
+#include <vector>
 
 #include "arrays.hpp"
 
@@ -38,6 +40,34 @@ nb::object label_close(nb::tuple corners, nb::tuple reach, int64_t max_gap);
 nb::tuple score_lattices(nb::tuple places, nb::handle strips, nb::handle free,
                          const std::tuple<double, double, double, double, double, double, int64_t, int64_t, double,
                                           double, double, double, double, int64_t, double> &limits);
+
+nb::object reduce_depth(nb::handle depth, int64_t stride, const std::array<double, 3> &limits);
+
+nb::object measure_jumps(nb::handle inverse_depth, const std::tuple<int64_t, int64_t, int64_t, double, double> &shape);
+
+nb::tuple fit_window_planes(nb::handle inverse_depth,
+                            const std::tuple<int64_t, int64_t, double, double, double, double, double, double,
+                                             double, double> &windows);
+
+nb::tuple sum_normals(nb::handle normals, nb::handle residual, nb::handle is_inner, nb::handle axis,
+                      const std::array<double, 3> &limits);
+
+nb::tuple count_floor_cells(nb::handle normals, nb::handle points, double min_down, double min_distance,
+                            int64_t num_cells);
+
+nb::tuple find_facing(nb::handle normals, nb::handle points, nb::handle axes,
+                      const std::tuple<double, int64_t, int64_t, int64_t, double, double, double, int64_t, int64_t>
+                          &limits);
+
+// The median of values, which are put in another order; 0 without any.
+inline double median_of(std::vector<double> &values) {
+    if (values.empty()) return 0.0;
+    const size_t middle = values.size() / 2;
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle), values.end());
+    const double upper = values[middle];
+    if (values.size() % 2) return upper;
+    return 0.5 * (*std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle)) + upper);
+}
 
 // Refuses numbers of strips that there are not.
 inline void check_strips(const Input<int64_t, 1> &strip, const char *name, size_t num_strips) {

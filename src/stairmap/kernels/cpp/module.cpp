@@ -21,4 +21,11 @@ NB_MODULE(_compiled, module) {
     module.def("pair_corners", &stairmap::pair_corners, "corners"_a, "bearing"_a, "limits"_a);
     module.def("label_close", &stairmap::label_close, "corners"_a, "reach"_a, "max_gap"_a);
     module.def("score_lattices", &stairmap::score_lattices, "places"_a, "strips"_a, "free"_a, "limits"_a);
+    module.def("reduce_depth", &stairmap::reduce_depth, "depth"_a, "stride"_a, "limits"_a);
+    module.def("measure_jumps", &stairmap::measure_jumps, "inverse_depth"_a, "shape"_a);
+    module.def("fit_window_planes", &stairmap::fit_window_planes, "inverse_depth"_a, "windows"_a);
+    module.def("sum_normals", &stairmap::sum_normals, "normals"_a, "residual"_a, "is_inner"_a, "axis"_a, "limits"_a);
+    module.def("count_floor_cells", &stairmap::count_floor_cells, "normals"_a, "points"_a, "min_down"_a,
+               "min_distance"_a, "num_cells"_a);
+    module.def("find_facing", &stairmap::find_facing, "normals"_a, "points"_a, "axes"_a, "limits"_a);
 }

@@ -1,0 +1,127 @@
+// Fit planes to windows of an image of inverse depth.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "kernels.hpp"
+
+namespace stairmap {
+
+nb::tuple fit_window_planes(nb::handle inverse_depth,
+                            const std::tuple<int64_t, int64_t, double, double, double, double, double, double,
+                                             double, double> &windows) {
+    Input<float, 2> image(inverse_depth, "inverse_depth");
+    const auto [window_width, window_height, fx, fy, cx, cy, min_mass, max_residual, residual_floor, min_cosine] =
+        windows;
+    if (window_width % 2 != 1 || window_height % 2 != 1 || window_width < 1 || window_height < 1)
+        refuse("windows: expected an odd width and height, got others");
+    constexpr int NUM = 7;  // moments: 1, q, q², and products with u and v
+    const int64_t height = static_cast<int64_t>(image.shape(0) / 2), width = static_cast<int64_t>(image.shape(1) / 2);
+    const int64_t num_rows = (height + 1) / 2, num_columns = (width + 1) / 2;
+    // Single numbers are float32 and sums float64, as those of the twin's box filter.
+    std::vector<float> normal(static_cast<size_t>(3 * num_rows * num_columns)), means, residual;
+    std::vector<int64_t> places;  // of usable windows in the grid of windows
+    std::vector<float> u(width), v(height);
+    for (int64_t i = 0; i < width; ++i)
+        u[i] = (static_cast<float>(i) - static_cast<float>(cx)) / static_cast<float>(fx);
+    for (int64_t i = 0; i < height; ++i)
+        v[i] = (static_cast<float>(i) - static_cast<float>(cy)) / static_cast<float>(fy);
+    if (width > 0 && height > 0) {
+        nb::gil_scoped_release release;
+        // Weight and mean of inverse depth of each block of four pixels.
+        std::vector<float> weight(static_cast<size_t>(width * height)), mean(weight.size()), squares(weight.size());
+        for (int64_t row = 0; row < height; ++row) {
+            const float *upper = image.row(2 * row), *lower = image.row(2 * row + 1);
+            for (int64_t i = 0; i < width; ++i) {
+                const float a = upper[2 * i], b = upper[2 * i + 1], c = lower[2 * i], d = lower[2 * i + 1];
+                const float w = static_cast<float>((a > 0) + (b > 0) + (c > 0) + (d > 0)) * 0.25f;
+                const float q = ((a + b) + (c + d)) * 0.25f;
+                weight[row * width + i] = w;
+                mean[row * width + i] = q;
+                squares[row * width + i] = w > 0 ? q * q / w : 0.0f;
+            }
+        }
+        const double share = 1.0 / static_cast<double>(window_width * window_height);
+        const double square_u = static_cast<double>(window_width * window_width - 1) / 12 / (fx * fx);
+        const double square_v = static_cast<double>(window_height * window_height - 1) / 12 / (fy * fy);
+        const float var_u = static_cast<float>(std::max(square_u, 1e-12));
+        const float var_v = static_cast<float>(std::max(square_v, 1e-12));
+        const float least_mass = static_cast<float>(min_mass), residual_share = static_cast<float>(max_residual);
+        const float floor = static_cast<float>(residual_floor);
+        const int64_t reach_u = window_width / 2, reach_v = window_height / 2;
+        std::vector<double> column(static_cast<size_t>(NUM * width));
+        for (int64_t at = 0; at < num_rows; ++at) {
+            std::fill(column.begin(), column.end(), 0.0);
+            double *sum[NUM];
+            for (int k = 0; k < NUM; ++k) sum[k] = &column[static_cast<size_t>(k * width)];
+            for (int64_t row = std::max<int64_t>(2 * at - reach_v, 0); row <= std::min(2 * at + reach_v, height - 1);
+                 ++row) {
+                const float *w = &weight[row * width], *q = &mean[row * width], *square = &squares[row * width];
+                const float ray = v[row];
+                for (int64_t i = 0; i < width; ++i) {
+                    sum[0][i] += w[i];
+                    sum[1][i] += q[i];
+                    sum[2][i] += square[i];
+                    sum[3][i] += w[i] * u[i];
+                    sum[4][i] += w[i] * ray;
+                    sum[5][i] += q[i] * u[i];
+                    sum[6][i] += q[i] * ray;
+                }
+            }
+            const float ray_v = v[2 * at];
+            for (int64_t place = 0; place < num_columns; ++place) {
+                float m[NUM];
+                const int64_t first = std::max<int64_t>(2 * place - reach_u, 0);
+                const int64_t last = std::min(2 * place + reach_u, width - 1);
+                const auto total = [&](int k) {
+                    double all = 0.0;
+                    for (int64_t i = first; i <= last; ++i) all += sum[k][i];
+                    return static_cast<float>(all * share);
+                };
+                m[0] = total(0);
+                if (!(m[0] > least_mass)) continue;
+                for (int k = 1; k < NUM; ++k) m[k] = total(k);
+                const float inverse = 1.0f / std::max(m[0], 0.1f);
+                // With few missing pixels the window's moments of u and v are those of the full window.
+                const float q = m[1] * inverse;
+                const float a = (m[5] * inverse - m[3] * inverse * q) / var_u;
+                const float b = (m[6] * inverse - m[4] * inverse * q) / var_v;
+                const float variance = m[2] * inverse - q * q - a * a * var_u - b * b * var_v;
+                // A depth jump inside the window leaves a residual of several percent of q.
+                const float allowed = residual_share * q;
+                if (!(variance < allowed * allowed + floor)) continue;
+                const float c = q - a * u[2 * place] - b * ray_v;
+                const float length = std::max(std::sqrt(a * a + b * b + c * c), 1e-9f);
+                const int64_t index = at * num_columns + place;
+                normal[3 * index] = a / length, normal[3 * index + 1] = b / length, normal[3 * index + 2] = c / length;
+                places.push_back(index);
+                means.push_back(q);
+                residual.push_back(std::sqrt(std::max(variance, 0.0f)));
+            }
+        }
+    }
+    const size_t count = places.size();
+    Output<float> normals({count, 3}), points({count, 3}), residuals({count});
+    Output<bool> is_inner({count});
+    const float least_cosine = static_cast<float>(min_cosine);
+    for (size_t i = 0; i < count; ++i) {
+        const int64_t at = places[i] / num_columns, place = places[i] % num_columns;
+        const float *mine = &normal[3 * places[i]];
+        for (size_t k = 0; k < 3; ++k) normals[3 * i + k] = mine[k];
+        points[3 * i] = u[2 * place] / means[i];
+        points[3 * i + 1] = v[2 * at] / means[i];
+        points[3 * i + 2] = 1.0f / means[i];
+        residuals[i] = residual[i];
+        float cosine = 0.0f;
+        if (at > 0 && at + 1 < num_rows) {
+            const float *above = mine - 3 * num_columns, *below = mine + 3 * num_columns;
+            cosine = above[0] * below[0] + above[1] * below[1] + above[2] * below[2];
+        }
+        is_inner[i] = cosine > least_cosine;
+    }
+    std::vector<double> ordered(residual.begin(), residual.end());
+    return nb::make_tuple(normals.object(), points.object(), residuals.object(), is_inner.object(),
+                          median_of(ordered));
+}
+
+}  // namespace stairmap
