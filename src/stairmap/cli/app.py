@@ -13,6 +13,7 @@ from stairmap.cli.commands.config import config
 from stairmap.cli.commands.demo import demo
 from stairmap.cli.commands.detect import detect
 from stairmap.cli.commands.evaluate import evaluate
+from stairmap.cli.commands.explore import explore
 from stairmap.cli.commands.export import export
 from stairmap.cli.commands.finish import finish
 from stairmap.cli.commands.inspect import inspect
@@ -54,6 +55,7 @@ for command in (
     check,
     export,
     plan,
+    explore,
     finish,
     demo,
     simulate,

@@ -252,3 +252,20 @@ class ViewRequest:
     web_port: int | None = None
     page: Path | None = None
     mcap: Path | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExploreRequest:
+    """What ``stairmap explore`` was asked for; ``start`` is x, y, z (m) and yaw (deg), or found."""
+
+    world: str
+    robot: str
+    start: tuple[float, float, float, float] | None
+    buildings: Path | None
+    seed: int
+    has_perfect_odometry: bool
+    strategy: str
+    allow_unknown: bool
+    output: Path | None
+    with_report: bool
+    as_json: bool

@@ -181,6 +181,18 @@ class RayCaster:
         triangle_ids = np.where(missed, -1, self._triangle_ids[hits])
         return RayHits(distance=distance, incidence=incidence, triangle_ids=triangle_ids)
 
+    def distances(self, origins: Points, directions: Points, max_distance: float) -> Float64Array:
+        """Return how far (N, 3) unit rays in the map go before they meet a surface, m.
+
+        Infinite where nothing is met within ``max_distance``.
+        """
+        starts = np.ascontiguousarray(np.asarray(origins) - self._origin, dtype=np.float32)
+        rays = np.ascontiguousarray(np.broadcast_to(directions, starts.shape), dtype=np.float32)
+        limits = np.full(len(starts), max_distance, dtype=np.float32)
+        found = np.asarray(self._scene.run(starts, rays, limits, query="DISTANCE"), dtype=np.float64)
+        # Where nothing is met embree gives the limit back, in float32.
+        return np.where((found >= 0) & (found < float(np.float32(max_distance))), found, np.inf)
+
     def is_visible(self, eye: Vector, points: Points) -> Mask:
         """Tell which of (N, 3) map points nothing hides from a (3,) eye in the map.
 

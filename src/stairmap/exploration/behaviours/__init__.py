@@ -1,0 +1,1 @@
+"""The parts of a mission as behaviours of py-trees, one in a file."""

@@ -1,0 +1,58 @@
+"""Choose the next task; without one the mission ends."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+from py_trees.common import Status
+
+from stairmap.exploration.behaviours.base import MissionBehaviour
+from stairmap.exploration.candidates import find_tasks
+from stairmap.exploration.decision_log import Decision
+from stairmap.exploration.mission import DONE_REASON
+from stairmap.exploration.other_levels import find_tasks_elsewhere
+from stairmap.exploration.strategies import choose
+from stairmap.navigation.floors import FloorError
+
+
+class Decide(MissionBehaviour):
+    """Choose what to do next."""
+
+    def steps(self) -> Iterator[Status]:
+        """Gather the tasks and choose one."""
+        mission, known = self.mission, self.mission.known
+        assert known.level is not None
+        begun = time.perf_counter()
+        known.refresh_stairs()
+        try:
+            search = known.search(known.level)
+        except FloorError as error:
+            mission.stop(f"stuck: {error}")
+            yield Status.FAILURE
+            return
+        tasks = [task for task in find_tasks(known, known.level, search) if mission.is_open(task)]
+        chosen = choose(tasks, strategy=mission.strategy)
+        if chosen is None or (chosen.kind == "stairs" and mission.strategy != "stairs-ignored"):
+            elsewhere = [task for task in find_tasks_elsewhere(known, search) if mission.is_open(task)]
+            tasks += elsewhere
+            chosen = choose(tasks, strategy=mission.strategy)
+        mission.task = chosen
+        mission.search = search
+        place = (known.pose.x, known.pose.y)
+        mission.log.add(
+            Decision(
+                time_s=mission.clock(),
+                level=known.level.number,
+                place=place,
+                chosen=chosen,
+                tasks=tuple(tasks),
+                duration_s=time.perf_counter() - begun,
+            )
+        )
+        mission.coverage.append((mission.clock(), known.area(), known.level.number))
+        if chosen is None:
+            mission.stop(DONE_REASON)
+            yield Status.FAILURE
+            return
+        yield Status.SUCCESS

@@ -1,0 +1,224 @@
+"""All tasks that a robot could do next on the level where it is."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+
+from stairmap.arrays import Float64Array
+from stairmap.exploration.exploration_map import ExplorationMap, LevelSearch
+from stairmap.exploration.frontiers import find_frontiers_with_gain
+from stairmap.exploration.levels import Level
+from stairmap.exploration.low_steps import find_low_steps
+from stairmap.exploration.stair_links import UNEXPLORED, Link
+from stairmap.exploration.tasks import Task
+from stairmap.navigation.planning_graph import nearest_node
+from stairmap.navigation.portals import StagingPose
+
+FLOOR_GAIN = 60.0
+"""Ground that is expected on a floor that nobody saw, m²: a storey of a house."""
+
+LOOK_GAIN = 6.0
+"""What a look at possible stairs is worth, m²: one in ten shows a floor."""
+
+MIN_GAIN = 0.3
+"""A frontier that may show less is none, m²."""
+
+MAX_LOOKS = 2
+"""So often the robot looks at the same place for stairs."""
+
+MIN_DROP_AREA = 0.3
+"""A smaller hole is no stairway, m²."""
+
+DROP_PART = 2.0
+"""A long edge is looked at in parts of this length, m."""
+
+LOOK_REACH = 1.2
+"""A drop is looked into from ground at most so far from what was seen of it, m."""
+
+LOOK_DISTANCE = 1.8
+"""Distance from the first riser at which stairs that go up are looked at, m: camera and steps fit."""
+
+EDGE_DISTANCE = 0.7
+"""Distance from the last nosing at which stairs that go down are looked at, m."""
+
+
+def find_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+    """Return what the robot could do on its level, stairs from it included."""
+    return [
+        *_frontier_tasks(level, search),
+        *_drop_tasks(known, level, search),
+        *_tentative_tasks(known, level, search),
+        *_low_step_tasks(known, level, search),
+        *_stair_tasks(known, level, search),
+    ]
+
+
+def _frontier_tasks(level: Level, search: LevelSearch) -> list[Task]:
+    found = find_frontiers_with_gain(search.grid, level.map.settled, search.open_ground, search.costs)
+    return [
+        Task(
+            kind="frontier",
+            level=level.number,
+            position=frontier.position,
+            target=frontier.target,
+            cost=frontier.cost,
+            gain=frontier.gain,
+            size=frontier.size,
+            cells=frontier.cells,
+        )
+        for frontier in found
+        if frontier.gain >= MIN_GAIN
+    ]
+
+
+def _drop_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+    """Looks into holes: stairs may lead down there."""
+    drops = level.map.drops()
+    num, labels, stats, _ = cv2.connectedComponentsWithStats(drops.astype(np.uint8), connectivity=8)
+    tasks = []
+    for label in range(1, num):
+        if stats[label, cv2.CC_STAT_AREA] * search.grid.resolution**2 < MIN_DROP_AREA:
+            continue
+        cells = np.argwhere(labels == label)
+        points = search.grid.centers(cells[:, 0], cells[:, 1])
+        parts = np.unique(np.floor(points / DROP_PART).astype(int), axis=0, return_inverse=True)[1]
+        for part in range(int(parts.max()) + 1):
+            middle = np.median(points[parts.reshape(-1) == part], axis=0)
+            if known.num_looks(level.number, middle) >= 1 or _is_on_link(known, level, middle):
+                continue
+            spot = _nearest_open(search, middle, LOOK_REACH + DROP_PART / 2)
+            if spot is None:
+                continue
+            position, cost = spot
+            tasks.append(
+                Task(
+                    kind="look", level=level.number, position=position, target=middle, cost=cost,
+                    gain=LOOK_GAIN, reason="a drop: stairs may lead down",
+                )
+            )  # fmt: skip
+    return tasks
+
+
+def _tentative_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+    """Looks at what single frames took for stairs and no stairway came of."""
+    tasks = []
+    for sighting in known.sightings(level.number):
+        if _is_on_link(known, level, sighting.place[:2]):
+            continue
+        if known.num_looks(level.number, sighting.place[:2]) >= MAX_LOOKS:
+            continue
+        forward = np.array([math.cos(sighting.heading), math.sin(sighting.heading)])
+        shift = -LOOK_DISTANCE if sighting.view == "ascending" else EDGE_DISTANCE
+        spot = _nearest_open(search, sighting.place[:2] + shift * forward, LOOK_REACH)
+        if spot is None:
+            continue
+        position, cost = spot
+        tasks.append(
+            Task(
+                kind="look", level=level.number, position=position, target=sighting.place[:2], cost=cost,
+                gain=LOOK_GAIN, reason=f"may be stairs, {sighting.view}: seen in too few frames",
+            )
+        )  # fmt: skip
+    return tasks
+
+
+def _low_step_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+    """Looks from the front at what may be the lowest treads of stairs."""
+    tasks = []
+    for steps in find_low_steps(search.grid, level.map.tops):
+        if _is_on_link(known, level, steps.place) or known.num_looks(level.number, steps.place):
+            continue
+        forward = np.array([math.cos(steps.heading), math.sin(steps.heading)])
+        spot = _nearest_open(search, steps.place - LOOK_DISTANCE * forward, LOOK_REACH)
+        if spot is None:
+            continue
+        position, cost = spot
+        tasks.append(
+            Task(
+                kind="look", level=level.number, position=position, target=steps.place, cost=cost,
+                gain=LOOK_GAIN, reason="two low steps one behind the other",
+            )
+        )  # fmt: skip
+    return tasks
+
+
+def _stair_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+    tasks = []
+    for link in known.stairs.links:
+        for near, far, pose, climb, is_up in (
+            (link.lower, link.upper, link.portal.lower, link.portal.cost_up, True),
+            (link.upper, link.lower, link.portal.upper, link.portal.cost_down, False),
+        ):
+            if near != level.number or link.state != "open":
+                continue
+            if far < UNEXPLORED and not _leads_to_unknown(known, link, far, is_up=is_up):
+                continue
+            cost = staging_cost(search, pose)
+            if cost is None:
+                continue
+            reason = f"{link.portal.verdict}, P {link.probability:.2f}"
+            if link.is_climbable:
+                tasks.append(
+                    Task(
+                        kind="stairs", level=level.number, position=pose.position[:2],
+                        target=link.flight.base[:2], cost=cost + climb, gain=FLOOR_GAIN,
+                        link=link.number, is_up=is_up, far_level=far, reason=reason,
+                    )
+                )  # fmt: skip
+            elif link.portal.verdict == "unknown" and link.looks.get(near, 0) < MAX_LOOKS:
+                tasks.append(
+                    Task(
+                        kind="look", level=level.number, position=pose.position[:2],
+                        target=link.flight.base[:2] if is_up else link.portal.way[-2][:2], cost=cost,
+                        gain=LOOK_GAIN, link=link.number, is_up=is_up, reason=f"verdict: {reason}",
+                    )
+                )  # fmt: skip
+    return tasks
+
+
+def staging_cost(search: LevelSearch, pose: StagingPose) -> float | None:
+    """Return what it costs to get to a staging pose, s; ``None`` if the robot cannot."""
+    node = nearest_node(search.open_ground, search.planner.graph.nodes[search.level], pose.position)
+    if node is None or not math.isfinite(search.found.costs[node]):
+        return None
+    return float(search.found.costs[node])
+
+
+def _leads_to_unknown(known: ExplorationMap, link: Link, far: int, *, is_up: bool) -> bool:
+    """Whether a flight to a level that is known ends there on ground that nobody saw."""
+    level = known.levels.levels[far]
+    pose = link.portal.upper if is_up else link.portal.lower
+    return level.map.grid().value_at(pose.position) in (None, -1)
+
+
+def _is_on_link(known: ExplorationMap, level: Level, place: Float64Array) -> bool:
+    """Whether a (2,) place is on a flight that is known, or before its ends."""
+    for link in known.stairs.links:
+        if level.number not in (link.lower, link.upper):
+            continue
+        offset = place - link.flight.base[:2]
+        along = float(offset @ link.flight.forward[:2])
+        lateral = float(offset @ link.flight.map_from_flight[:2, 1])
+        length = link.flight.num_risers * link.flight.run
+        if -0.8 < along < length + 0.8 and abs(lateral) < link.flight.width / 2 + 0.4:
+            return True
+    return False
+
+
+def _nearest_open(
+    search: LevelSearch, place: Float64Array, reach: float
+) -> tuple[Float64Array, float] | None:
+    """Return the reachable open place nearest to a (2,) one within a distance, and the cost to it."""
+    costs = search.costs
+    rows, columns = np.nonzero(np.isfinite(costs))
+    if not len(rows):
+        return None
+    centers = search.open_ground.centers(rows, columns)
+    apart = np.hypot(*(centers - place).T)
+    best = int(np.argmin(apart))
+    if apart[best] > reach:
+        return None
+    return centers[best], float(costs[rows[best], columns[best]])

@@ -1,0 +1,79 @@
+"""Every decision with what there was to choose from, so that anybody can check the choice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from stairmap.exploration.tasks import Task
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """A choice.
+
+    Attributes
+    ----------
+    time_s
+        Time of the mission, s.
+    level
+        Where the robot was.
+    place
+        x, y, m.
+    chosen
+        The task; ``None`` at the end.
+    tasks
+        All there were.
+    duration_s
+        Time that the decision took the computer, s.
+    """
+
+    time_s: float
+    level: int
+    place: tuple[float, float]
+    chosen: Task | None
+    tasks: tuple[Task, ...]
+    duration_s: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the decision as JSON types."""
+        return {
+            "event": "decision",
+            "time_s": round(self.time_s, 2),
+            "level": self.level,
+            "place": [round(value, 3) for value in self.place],
+            "chosen": None if self.chosen is None else self.chosen.to_dict(),
+            "tasks": [task.to_dict() for task in self.tasks],
+            "duration_s": round(self.duration_s, 4),
+        }
+
+
+class DecisionLog:
+    """Keeps decisions and events, and hands each on.
+
+    Parameters
+    ----------
+    write
+        Told each entry as JSON types.
+    """
+
+    def __init__(self, write: Callable[[dict[str, Any]], None] = lambda _: None) -> None:
+        self.decisions: list[Decision] = []
+        self.events: list[dict[str, Any]] = []
+        self.write = write
+
+    def add(self, decision: Decision) -> None:
+        """Take in a decision."""
+        self.decisions.append(decision)
+        self.write(decision.to_dict())
+
+    def note(self, time_s: float, event: str, **values: Any) -> None:
+        """Take in something that happened."""
+        entry = {"event": event, "time_s": round(time_s, 2), **values}
+        self.events.append(entry)
+        self.write(entry)
+
+    def tasks_of(self, kind: str) -> Sequence[Task]:
+        """Return the chosen tasks of a kind."""
+        return [d.chosen for d in self.decisions if d.chosen is not None and d.chosen.kind == kind]

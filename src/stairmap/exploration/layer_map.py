@@ -1,0 +1,177 @@
+"""The map of one level of a building while a robot explores it: free, occupied, unknown, drop.
+
+Cells gather votes of frames, one a frame, kind and cell. Ground that nobody saw is unknown, and unknown is
+not free.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from stairmap.arrays import IntArray, Mask, Points
+from stairmap.exploration.odometry import Planar
+from stairmap.exploration.scans import DROP, FLOOR, OBSTACLE, Scan
+from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+RESOLUTION = 0.05
+"""Size of a cell, m."""
+
+GROWTH = 10.0
+"""By how much a map grows at a time, m."""
+
+MIN_OBSTACLE_VOTES = 2
+MIN_OBSTACLE_SHARE = 0.25
+"""Frames that must see an obstacle in a cell, and at least so many of those that saw floor there."""
+
+CLOSING = 5
+"""Gaps in the floor narrower than this are closed, cells: rows of pixels far off, slits below doors."""
+
+MAX_SLIT = 3
+"""Drops narrower than this are slits that a foot does not fall into, cells."""
+
+
+class LayerMap:
+    """Votes of frames on a grid that grows.
+
+    Parameters
+    ----------
+    height
+        Of the level's ground, m, map.
+    """
+
+    def __init__(self, height: float) -> None:
+        self.height = height
+        self.num_changes = 0
+        self._grid: OccupancyGrid | None = None
+        self._low = np.zeros(2, dtype=np.int64)
+        self._votes = np.zeros((3, 0, 0), dtype=np.uint16)
+        self._trail = np.zeros((0, 0), dtype=np.bool_)
+        self._settled = np.zeros((0, 0), dtype=np.bool_)
+        self._tops = np.zeros((0, 0), dtype=np.float32)
+
+    def add(self, scan: Scan, pose: Planar, *, radius: float) -> None:
+        """Take in a scan of a robot that stood on this level at a pose, with a body of this radius, m."""
+        self._note_change()
+        cells = np.floor(scan.placed(pose)[:, :2] / RESOLUTION).astype(np.int64)
+        own = self._disc(pose.x, pose.y, radius)
+        cells = np.concatenate([cells, own])
+        kinds = np.concatenate([scan.kinds.astype(np.int64), np.full(len(own), FLOOR, dtype=np.int64)])
+        self._grow(cells)
+        cells = cells - self._low
+        columns = self._votes.shape[2]
+        flat = (kinds * self._votes.shape[1] + cells[:, 1]) * columns + cells[:, 0]
+        flat = np.unique(flat)
+        votes = self._votes.reshape(-1)
+        votes[flat] = np.minimum(votes[flat].astype(np.int64) + 1, 60_000).astype(np.uint16)
+        is_obstacle = scan.kinds == OBSTACLE
+        at = cells[: len(is_obstacle)][is_obstacle]
+        np.maximum.at(self._tops, (at[:, 1], at[:, 0]), scan.points[is_obstacle, 2])
+        own = own - self._low
+        self._trail[own[:, 1], own[:, 0]] |= True
+
+    def clear(self) -> None:
+        """Forget all votes; what was settled too."""
+        self._note_change()
+        self._votes[:] = 0
+        self._trail[:] = False
+        self._settled[:] = False
+        self._tops[:] = 0.0
+
+    def settle(self, points: Points, radius: float) -> None:
+        """Note that unknown ground about (N, 2) points was looked at from near and stayed unknown."""
+        self._note_change()
+        for x, y in np.atleast_2d(points)[:, :2]:
+            cells = self._disc(float(x), float(y), radius)
+            self._grow(cells)
+            cells = cells - self._low
+            self._settled[cells[:, 1], cells[:, 0]] = True
+
+    @property
+    def settled(self) -> Mask:
+        """(rows, columns) where looking again gives nothing."""
+        return self._settled
+
+    @property
+    def tops(self) -> NDArray[np.float32]:
+        """(rows, columns) height of the highest point seen on each cell above the level, m; 0 without one."""
+        return self._tops
+
+    @property
+    def trail(self) -> Mask:
+        """(rows, columns) where the robot's body was."""
+        return self._trail
+
+    def grid(self) -> OccupancyGrid:
+        """Return the map; drops are occupied in it. It is kept until something changes."""
+        if self._grid is None:
+            self._grid = self._make_grid()
+        return self._grid
+
+    def _note_change(self) -> None:
+        self.num_changes += 1
+        self._grid = None
+
+    def _make_grid(self) -> OccupancyGrid:
+        floor, obstacle, drop = (self._votes[kind].astype(np.int32) for kind in (FLOOR, OBSTACLE, DROP))
+        is_obstacle = (obstacle >= MIN_OBSTACLE_VOTES) & (obstacle > MIN_OBSTACLE_SHARE * floor)
+        is_drop = _wide(drop > floor, MAX_SLIT)
+        seen = cv2.morphologyEx(
+            ((floor > 0) & ~is_drop).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSING, CLOSING), np.uint8)
+        )
+        cells = np.full(floor.shape, UNKNOWN, dtype=np.int8)
+        cells[seen > 0] = FREE
+        cells[is_drop] = OCCUPIED
+        cells[is_obstacle] = OCCUPIED
+        cells[self._trail & ~is_drop] = FREE
+        low = self._low * RESOLUTION
+        if not cells.size:
+            cells = np.full((1, 1), UNKNOWN, dtype=np.int8)
+        return OccupancyGrid(cells=cells, resolution=RESOLUTION, origin=(float(low[0]), float(low[1])))
+
+    def drops(self) -> Mask:
+        """Return the (rows, columns) cells where the ground lies lower."""
+        floor, drop = self._votes[FLOOR].astype(np.int32), self._votes[DROP].astype(np.int32)
+        return _wide(drop > floor, MAX_SLIT)
+
+    def _disc(self, x: float, y: float, radius: float) -> IntArray:
+        reach = math.ceil(radius / RESOLUTION)
+        steps = np.arange(-reach, reach + 1)
+        offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        offsets = offsets[np.hypot(offsets[:, 0], offsets[:, 1]) * RESOLUTION <= radius]
+        return np.asarray(offsets + np.floor(np.array([x, y]) / RESOLUTION).astype(np.int64))
+
+    def _grow(self, cells: IntArray) -> None:
+        """Make room for (N, 2) columns and rows, with a border."""
+        low, high = cells.min(axis=0) - CLOSING, cells.max(axis=0) + CLOSING + 1
+        rows, columns = self._votes.shape[1:]
+        if rows and np.all(low >= self._low) and np.all(high <= self._low + np.array([columns, rows])):
+            return
+        extra = round(GROWTH / RESOLUTION)
+        old_low = self._low.copy()
+        old_high = self._low + np.array([columns, rows])
+        if not rows:
+            old_low, old_high = low, high
+        new_low = np.where(low < old_low, low - extra, old_low)
+        new_high = np.where(high > old_high, high + extra, old_high)
+        shape = (int(new_high[1] - new_low[1]), int(new_high[0] - new_low[0]))
+        votes = np.zeros((3, *shape), dtype=np.uint16)
+        trail, settled = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
+        tops = np.zeros(shape, dtype=np.float32)
+        if rows:
+            at = self._low - new_low
+            window = np.s_[at[1] : at[1] + rows, at[0] : at[0] + columns]
+            votes[:, window[0], window[1]] = self._votes
+            trail[window], settled[window] = self._trail, self._settled
+            tops[window] = self._tops
+        self._low, self._votes, self._trail, self._settled = new_low, votes, trail, settled
+        self._tops = tops
+
+
+def _wide(mask: Mask, cells: int) -> Mask:
+    """Return the parts of a mask that are at least so many cells wide."""
+    kernel = np.ones((cells, cells), np.uint8)
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, kernel) > 0)

@@ -1,0 +1,120 @@
+"""A mission: the tree of behaviours that explores floor after floor until nothing reachable is left.
+
+    mission = Mission(known=known, pilot=pilot, clock=lambda: robot.counters.time_s)
+    while mission.tick():
+        pass
+
+py-trees (extra ``explore``) runs the tree. Each behaviour is a short file in ``behaviours/``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from stairmap.arrays import Vector
+from stairmap.errors import MissingPackageError
+from stairmap.exploration.decision_log import DecisionLog
+from stairmap.exploration.exploration_map import SAME_PLACE, ExplorationMap, LevelSearch
+from stairmap.exploration.pilot import Pilot
+from stairmap.exploration.tasks import Task
+
+MAX_FAILURES = 3
+"""A place that the robot failed to reach so often is given up."""
+
+DONE_REASON = "nothing reachable is left"
+
+
+@dataclass(slots=True, kw_only=True)
+class Mission:
+    """What all behaviours share.
+
+    Attributes
+    ----------
+    known
+        What the robot knows.
+    pilot
+        Who carries out orders.
+    clock
+        Time of the mission, s.
+    log
+        Decisions and events.
+    strategy
+        One of ``strategies.STRATEGIES``.
+    task
+        What it does now.
+    stopped
+        Why it ended; empty while it goes on.
+    must_look_around
+        Whether it has come to a place where it saw nothing yet.
+    coverage
+        Time (s), area (m²) and level, once for each decision.
+    """
+
+    known: ExplorationMap
+    pilot: Pilot
+    clock: Callable[[], float]
+    log: DecisionLog = field(default_factory=DecisionLog)
+    strategy: str = "gain"
+    task: Task | None = None
+    stopped: str = ""
+    must_look_around: bool = True
+    coverage: list[tuple[float, float, int]] = field(default_factory=list)
+    stairs_climbed: int = 0
+    search: LevelSearch | None = None
+    failures: list[tuple[int, str, Vector]] = field(default_factory=list)
+    _tree: Any = None
+
+    def tick(self) -> bool:
+        """Let the tree do its next small part; return whether the mission goes on."""
+        if self._tree is None:
+            self._tree = make_tree(self)
+        self._tree.tick_once()
+        return not self.stopped
+
+    def note(self, event: str, **values: Any) -> None:
+        """Log something that happened now."""
+        self.log.note(self.clock(), event, **values)
+
+    def fail(self, task: Task, reason: str) -> None:
+        """Note that a task could not be done."""
+        self.failures.append((task.level, task.kind, task.target))
+        self.note("failed", kind=task.kind, target=[round(float(v), 2) for v in task.target], reason=reason)
+
+    def is_open(self, task: Task) -> bool:
+        """Tell whether a task has not failed too often."""
+        failures = sum(
+            level == task.level and kind == task.kind and math.dist(place, task.target) < SAME_PLACE / 2
+            for level, kind, place in self.failures
+        )
+        return failures < MAX_FAILURES
+
+    def stop(self, reason: str) -> None:
+        """End the mission."""
+        self.stopped = reason
+        self.note("stopped", reason=reason)
+
+
+def import_py_trees() -> Any:
+    """Return the package py_trees.
+
+    Raises
+    ------
+    MissingPackageError
+        If it is not installed.
+    """
+    try:
+        return importlib.import_module("py_trees")
+    except ImportError as error:
+        raise MissingPackageError("py-trees", "explore", "exploring by itself") from error
+
+
+def make_tree(mission: Mission) -> Any:
+    """Return the tree of behaviours of a mission."""
+    import_py_trees()
+    from stairmap.exploration.behaviours.tree import make_mission_tree  # noqa: PLC0415
+
+    return make_mission_tree(mission)

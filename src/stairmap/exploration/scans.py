@@ -1,0 +1,125 @@
+"""What one frame shows of the ground about the robot: points in a level frame that moves with the robot.
+
+Points are kept relative to the robot, so that a loop closure moves a pose and everything follows.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stairmap.arrays import Float64Array, Points
+from stairmap.exploration.odometry import Planar
+from stairmap.exploration.simulated_robot import View
+
+MAX_RANGE = 4.0
+"""Points farther off tell too little of the ground's height, m."""
+
+POINT_COLUMNS = 128
+"""Depth images are thinned to about so many columns."""
+
+GRAIN = 0.04
+"""Points nearer together than this become one, m: less than a cell."""
+
+FLOOR_LOW, FLOOR_HIGH = -0.10, 0.11
+"""Points between these heights above the robot's ground are floor, m: noise at the largest range, and sills
+that legs step over."""
+
+DROP_HEIGHT = -0.15
+"""What lies lower than this is a hole or stairs that lead down, m."""
+
+BLIND_MARGIN = 0.15
+"""The ground between the robot and the nearest that its camera can see counts as seen if floor is seen there,
+at most so much beyond, m."""
+
+FLOOR, OBSTACLE, DROP = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scan:
+    """Points of one frame.
+
+    Attributes
+    ----------
+    stamp_ns
+        Stamp of the frame.
+    points
+        (N, 3) float32, m: x ahead, y left, z above the robot's ground.
+    kinds
+        (N,) int8: floor 0, obstacle 1, drop 2.
+    """
+
+    stamp_ns: int
+    points: NDArray[np.float32]
+    kinds: NDArray[np.int8]
+
+    def placed(self, pose: Planar) -> Points:
+        """Return the (N, 3) points in the map, of a robot at a pose."""
+        cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+        x, y = self.points[:, 0], self.points[:, 1]
+        return np.stack(
+            [pose.x + cosine * x - sine * y, pose.y + sine * x + cosine * y, pose.z + self.points[:, 2]],
+            axis=1,
+        )
+
+    def free_ahead(self, half_width: float, height: float = 0.0) -> float:
+        """Return how far the way ahead is free of obstacles on a width, m; infinite where none is seen.
+
+        ``height``: of the ground ahead above the robot's, m.
+        """
+        z = self.points[:, 2] - height
+        ahead = (np.abs(self.points[:, 1]) < half_width) & (self.points[:, 0] > 0) & (z > 0.25) & (z < 0.9)
+        return float(self.points[ahead, 0].min()) if np.count_nonzero(ahead) >= 3 else math.inf
+
+
+def scan_from_view(view: View, *, top: float) -> Scan:
+    """Return the scan of a frame; ``top``: height of the robot's body, m."""
+    frame = view.frame
+    stride = max(1, round(frame.camera.width / POINT_COLUMNS))
+    camera = frame.camera.strided(stride)
+    rays = camera.rays()
+    depth = frame.depth[::stride, ::stride].astype(np.float64)
+    rotation, position = view.body_from_camera[:3, :3], view.body_from_camera[:3, 3]
+    points = (rays * depth[..., None]) @ rotation.T + position
+    distance = np.hypot(points[..., 0], points[..., 1])
+    seen = np.isfinite(depth) & (distance < MAX_RANGE)
+    kinds = np.full(depth.shape, -1, dtype=np.int8)
+    height = points[..., 2]
+    with np.errstate(invalid="ignore"):
+        kinds[(height > FLOOR_LOW) & (height <= FLOOR_HIGH)] = FLOOR
+        kinds[(height > FLOOR_HIGH) & (height < top)] = OBSTACLE
+        kinds[height < DROP_HEIGHT] = DROP
+    kinds[~seen] = -1
+    blind = _blind_ground(points, distance, kinds, rays @ rotation.T, float(position[2]))
+    kept = kinds >= 0
+    every = np.concatenate([points[kept], blind])
+    kind = np.concatenate([kinds[kept], np.full(len(blind), FLOOR, dtype=np.int8)])
+    keys = np.column_stack([np.round(every / GRAIN).astype(np.int64), kind])
+    _, first = np.unique(keys @ np.array([1, 1 << 12, 1 << 24, 1 << 40]), return_index=True)
+    return Scan(stamp_ns=frame.stamp_ns, points=every[first].astype(np.float32), kinds=kind[first])
+
+
+def _blind_ground(
+    points: Points, distance: Float64Array, kinds: NDArray[np.int8], rays: Points, camera_height: float
+) -> Points:
+    """Return points of the ground between the robot and the nearest floor that each column sees.
+
+    A column fills it only if its lowest pixels see floor, no farther than they must: a hole between
+    would have to fit into the blind ground.
+    """
+    lowest = rays[-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.where(
+            lowest[:, 2] < -0.05, camera_height / -lowest[:, 2] * np.hypot(lowest[:, 0], lowest[:, 1]), np.inf
+        )
+    near = np.where(kinds >= 0, distance, np.inf)
+    first = near.argmin(axis=0)
+    columns = np.arange(len(lowest))
+    is_floor = (kinds[first, columns] == FLOOR) & (near[first, columns] < reach + BLIND_MARGIN)
+    ends = points[first, columns][is_floor]
+    shares = np.linspace(0.0, 1.0, 30)[:, None, None]
+    filled = shares * ends * [1.0, 1.0, 0.0]
+    return np.asarray(filled.reshape(-1, 3))
