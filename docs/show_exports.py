@@ -132,8 +132,9 @@ def show_graph(path: Path, picture: Path) -> None:
             is_taken = (begin, end) in taken
             axes.plot(*ends.T, color=color, linewidth=3 if is_taken else 1, zorder=3 if is_taken else 1)
     for number, node in nodes.items():
-        axes.text(node["x"], node["y"], node["z"] + 0.2, f" {number}: floor {node['floor']}", color=BLUE)
-        axes.scatter(node["x"], node["y"], node["z"], color=BLUE)
+        if node["class"] == "stair_staging":
+            axes.text(node["x"], node["y"], node["z"] + 0.2, f" {number}: floor {node['floor']}", color=BLUE)
+        axes.scatter(node["x"], node["y"], node["z"], color=BLUE, s=8)
     axes.set_title(f"nodes and edges; green: node {start} to node {goal}, {cost:.0f} s")
     finish_3d(axes)
     axes.set_aspect("auto")

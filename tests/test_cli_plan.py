@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from importlib import resources
 
 import cv2
 import numpy as np
@@ -133,7 +134,7 @@ def test_plan_says_why_there_is_no_way(tower):
     folder, maps = tower
     options = [part for text in maps for part in ("--map", text)]
     outcome = stairmap("plan", folder, *options, "--robot", "wheeled", "--from", "1,1", "--to", "1,9,1")
-    assert outcome.code == 0
+    assert outcome.code == 3
     assert "no way: there is no way to floor 1: stairway 1 (floor 0 to 1) is impassable" in outcome.stdout
 
 
@@ -202,3 +203,38 @@ def test_a_run_that_saw_a_drop_and_no_stairs_has_a_mask(tmp_path):
     assert mask.value_at((1.8, 0.0)) == 100
     assert mask.value_at((1.6, 0.0)) == 0
     check_refused(stairmap("export", tmp_path / "dock", "-f", "obj"), "holds no stairway")
+
+
+def test_a_plan_without_a_way_or_with_nothing_left_says_so_by_its_exit_code(tower, tmp_path):
+    """Scripts could not tell a way from none: both were exit code 0."""
+    folder, maps = tower
+    floors = [part for text in maps for part in ("--map", text)]
+    ends = ("--from", "1,1,0", "--to", "1,1,1")
+    assert stairmap("plan", folder, *floors, *ends, "--robot", "spot").code == 0
+    for json_option in ((), ("--json",)):
+        outcome = stairmap("plan", folder, *floors, *ends, "--robot", "wheeled", *json_option)
+        assert outcome.code == 3
+        assert "impassable" in outcome.stdout
+        assert outcome.stderr.count("error") == 0
+    # Both floors have whole maps: there is no frontier, and no stairs lead elsewhere.
+    nothing = stairmap("plan", folder, *floors, "--from", "1,1,0", "--robot", "wheeled")
+    assert nothing.code == 3
+    assert "nothing left to explore" in nothing.stdout
+
+
+def test_a_robot_that_takes_stairs_in_one_direction_is_planned_that_way(tower, tmp_path):
+    folder, maps = tower
+    floors = [part for text in maps for part in ("--map", text)]
+    source = (resources.files("stairmap.navigation") / "robots" / "spot.yaml").read_text("utf-8")
+    (tmp_path / "climber.yaml").write_text(source + "\nstair_directions: up\n")
+    up = ("--from", "1,1,0", "--to", "1,1,1", "--robot", tmp_path / "climber.yaml")
+    down = ("--from", "1,1,1", "--to", "1,1,0", "--robot", tmp_path / "climber.yaml")
+    assert stairmap("plan", folder, *floors, *up).code == 0
+    outcome = stairmap("plan", folder, *floors, *down)
+    assert outcome.code == 3
+    assert "is used up only" in outcome.stdout
+    (tmp_path / "wrong.yaml").write_text(source + "\nstair_directions: sideways\n")
+    check_refused(
+        stairmap("plan", folder, *floors, "--robot", tmp_path / "wrong.yaml"),
+        "stair_directions must be both, up or down, got 'sideways'",
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -12,11 +13,13 @@ import pytest
 import yaml
 
 from stairmap.errors import OutputError
-from stairmap.export.nav2 import dump_json, dump_keepout_masks, dump_route_graph, route_graph_from_portals
+from stairmap.export.nav2 import dump_json, dump_keepout_masks, dump_route_graph, nav2_from_route_graph
 from stairmap.navigation.floors import find_floors
+from stairmap.navigation.footprints import block_stairs
 from stairmap.navigation.occupancy import OccupancyGrid, load_map
 from stairmap.navigation.portals import make_portals
 from stairmap.navigation.robot_profile import load_robot
+from stairmap.navigation.route_graph import make_route_graph
 from walkable_stairways import make_flight, make_half_turn, make_stairway
 
 FIRST = make_half_turn(height=3.0)
@@ -38,6 +41,7 @@ def load_as_nav2_route(path):
         number = check_unsigned(node["properties"]["id"])
         x, y = node["geometry"]["coordinates"][:2]
         assert isinstance(node["properties"].get("frame", "map"), str)
+        check_operations(node["properties"])
         graph[number] = {
             "x": float(x), "y": float(y), "metadata": convert_metadata(node["properties"]), "edges": []
         }  # fmt: skip
@@ -49,6 +53,7 @@ def load_as_nav2_route(path):
         cost, overridable = properties.get("cost", 0.0), properties.get("overridable", True)
         assert isinstance(cost, int | float)
         assert isinstance(overridable, bool)
+        check_operations(properties)
         graph[start]["edges"].append(
             {
                 "id": check_unsigned(properties["id"]), "end": end, "cost": cost, "overridable": overridable,
@@ -63,6 +68,24 @@ def check_unsigned(value):
     assert not isinstance(value, bool)
     assert value >= 0
     return value
+
+
+def check_operations(properties):
+    """As convertOperationFromJson and OperationsManager: graphs may only call operations that are clients."""
+    for operation in properties.get("operations", {}).values():
+        assert operation["type"] == "TriggerEvent"
+        assert operation["trigger"] in ("NODE", "ON_ENTER", "ON_EXIT")
+        assert isinstance(convert_metadata(operation)["service_name"], str)
+
+
+def time_scorer_cost(edge, ends, max_vel=0.5):
+    """As TimeScorer::score: what is no float throws std::bad_any_cast in Metadata::getValue<float>."""
+    time = edge["metadata"].get("abs_time_taken", 0.0)
+    velocity = edge["metadata"].get("abs_speed_limit", 0.0)
+    assert type(time) is float and type(velocity) is float
+    if time > 0:
+        return time
+    return math.dist(*ends) / (velocity if velocity > 0 else max_vel)
 
 
 def convert_metadata(properties):
@@ -81,18 +104,37 @@ def convert_metadata(properties):
     return metadata
 
 
-def write_graph(tmp_path, stairways=(FIRST, SECOND), robot="spot", **options):
+def free_floors(stairways, levels=(0, 1, 2)):
+    """Maps of floors that are free but for the stairs."""
+    floors = find_floors(stairways)
+    grid = OccupancyGrid(cells=np.zeros((400, 400), dtype=np.int8), resolution=0.1, origin=(-15.0, -15.0))
+    known = {floor.level for floor in floors.floors}
+    return {level: block_stairs(grid, stairways, floors, level) for level in levels if level in known}
+
+
+def write_graph(tmp_path, stairways=(FIRST, SECOND), robot="spot", grids=None, frame_id="map", **options):
     profile = load_robot(robot)
     portals = make_portals(stairways, find_floors(stairways), profile)
-    graph = route_graph_from_portals(portals, robot=profile, **options)
-    dump_route_graph(graph, tmp_path / "graph.geojson")
-    return portals, graph, tmp_path / "graph.geojson"
+    grids = free_floors(stairways) if grids is None else grids
+    graph = make_route_graph(portals, profile, grids, **options)
+    values = nav2_from_route_graph(graph, profile, frame_id=frame_id)
+    dump_route_graph(values, tmp_path / "graph.geojson")
+    return portals, values, tmp_path / "graph.geojson"
+
+
+def nodes_of(graph, kind=None):
+    return [
+        item["properties"]
+        for item in graph["features"]
+        if item["geometry"]["type"] == "Point" and kind in (None, item["properties"]["metadata"]["class"])
+    ]
 
 
 def test_nav2_route_would_load_the_graph(tmp_path):
     portals, _, path = write_graph(tmp_path)
     graph = load_as_nav2_route(path)
-    assert len(graph) == 2 * len(portals)
+    staging = [node for node in graph.values() if node["metadata"]["class"] == "stair_staging"]
+    assert len(staging) == 2 * len(portals)
     for portal in portals:
         for pose, level in ((portal.lower, portal.lower_level), (portal.upper, portal.upper_level)):
             (node,) = [
@@ -109,24 +151,25 @@ def test_a_node_at_an_end_that_nobody_saw_says_so(tmp_path):
     stairway = replace(FIRST, flights=(*FIRST.flights[:-1], flight))
     for used, expected in ((FIRST, [False, False]), (stairway, [False, True])):
         _, graph, _ = write_graph(tmp_path, stairways=(used,))
-        nodes = [item for item in graph["features"] if item["geometry"]["type"] == "Point"]
-        assert [node["properties"]["metadata"]["is_open"] for node in nodes] == expected
+        nodes = nodes_of(graph, "stair_staging")
+        assert [node["metadata"]["is_open"] for node in nodes] == expected
 
 
-def test_there_is_an_edge_up_and_one_down_with_the_cost_of_the_portal(tmp_path):
+def test_the_edges_over_a_stairway_have_the_cost_of_the_portal_together(tmp_path):
     portals, _, path = write_graph(tmp_path)
     edges = [edge for node in load_as_nav2_route(path).values() for edge in node["edges"]]
     for portal in portals:
-        mine = {
-            edge["metadata"]["class"]: edge
-            for edge in edges
-            if edge["metadata"].get("stairway") == portal.stairway_id
-        }
-        assert set(mine) == {"stairs_up", "stairs_down"}
-        assert mine["stairs_up"]["cost"] == pytest.approx(portal.cost_up, abs=1e-5)
-        assert mine["stairs_down"]["cost"] == pytest.approx(portal.cost_down, abs=1e-5)
-        assert not mine["stairs_up"]["overridable"]
-        assert mine["stairs_up"]["metadata"]["height"] == -mine["stairs_down"]["metadata"]["height"]
+        for kind, cost, sign in (("up", portal.cost_up, 1), ("down", portal.cost_down, -1)):
+            mine = [
+                edge for edge in edges
+                if edge["metadata"].get("stairway") == portal.stairway_id
+                and edge["metadata"]["class"] == f"stairs_{kind}"
+            ]  # fmt: skip
+            assert len(mine) == len(portal.way) - 1
+            assert sum(edge["cost"] for edge in mine) == pytest.approx(cost, abs=1e-4)
+            assert sum(edge["metadata"]["height"] for edge in mine) == pytest.approx(sign * portal.height)
+            assert sum(edge["metadata"]["length"] for edge in mine) == pytest.approx(portal.length, abs=1e-4)
+            assert not any(edge["overridable"] for edge in mine)
 
 
 def test_no_id_is_used_twice_by_nodes_and_edges(tmp_path):
@@ -212,20 +255,44 @@ def test_nodes_come_first_and_every_id_counts_on_from_them(tmp_path):
     _, graph, _ = write_graph(tmp_path)
     features = graph["features"]
     assert [feature["properties"]["id"] for feature in features] == list(range(len(features)))
-    assert [feature["geometry"]["type"] for feature in features[:4]] == ["Point"] * 4
+    kinds = [feature["geometry"]["type"] for feature in features]
+    assert kinds == sorted(kinds, reverse=True)
 
 
 def test_a_node_tells_its_stairway_end_floor_height_and_frame(tmp_path):
     (first, second), graph, _ = write_graph(tmp_path, frame_id="odom")
-    nodes = [feature["properties"] for feature in graph["features"][:4]]
-    assert {node["frame"] for node in nodes} == {"odom"}
-    metadata = [node["metadata"] for node in nodes]
+    assert {node["frame"] for node in nodes_of(graph)} == {"odom"}
+    metadata = [node["metadata"] for node in nodes_of(graph, "stair_staging")]
     assert [(item["stairway"], item["end"], item["floor"]) for item in metadata] == [
         (1, "lower", 0), (1, "upper", 1), (2, "lower", 1), (2, "upper", 2)
     ]  # fmt: skip
-    assert {item["class"] for item in metadata} == {"stair_staging"}
     poses = [first.lower, first.upper, second.lower, second.upper]
     assert [item["z"] for item in metadata] == pytest.approx([pose.position[2] for pose in poses], abs=1e-6)
+
+
+def test_straight_edges_follow_the_way_over_a_half_turn(tmp_path):
+    """It was one straight edge of 1.44 m between the staging poses, across the open well."""
+    _, graph, path = write_graph(tmp_path, stairways=(FIRST,))
+    kinds = [node["metadata"]["class"] for node in nodes_of(graph)]
+    assert kinds == [
+        "stair_staging", "stair_foot", "stair_top", "stair_corner", "stair_corner", "stair_foot", "stair_top",
+        "stair_staging",
+    ]  # fmt: skip
+    places = [
+        (*feature["geometry"]["coordinates"], feature["properties"]["metadata"]["z"])
+        for feature in graph["features"][:8]
+    ]
+    lower, upper = FIRST.flights
+    for place, flight in ((places[1], lower), (places[5], upper)):
+        assert place == pytest.approx(flight.base, abs=1e-6)
+    corners = np.array(places[3:5])
+    # In the middle of the landing, before each flight, and level.
+    assert corners[:, 0] == pytest.approx([8 * 0.28 + 0.6] * 2)
+    assert corners[:, 1] == pytest.approx([0.0, 1.3])
+    assert corners[:, 2] == pytest.approx([1.5, 1.5])
+    for node in load_as_nav2_route(path).values():
+        for edge in node["edges"]:
+            assert edge["metadata"]["length"] < 3.5
 
 
 def stairs_edges(graph, stairway):
@@ -237,41 +304,146 @@ def stairs_edges(graph, stairway):
     ]
 
 
-def test_an_edge_over_stairs_leads_from_end_to_end_along_the_portals_way(tmp_path):
+def test_an_edge_over_stairs_leads_from_node_to_node_along_the_portals_way(tmp_path):
     (_, portal), graph, _ = write_graph(tmp_path)
-    up, down = stairs_edges(graph, 2)
-    ends = [(edge["properties"]["startid"], edge["properties"]["endid"]) for edge in (up, down)]
-    assert ends == [(2, 3), (3, 2)]
-    for edge, sign in ((up, 1), (down, -1)):
-        way = portal.way[::sign]
+    edges = stairs_edges(graph, 2)
+    first = nodes_of(graph).index(
+        next(node for node in nodes_of(graph) if node["metadata"].get("stairway") == 2)
+    )
+    chain = [first + index for index in range(4)]
+    ends = [(edge["properties"]["startid"], edge["properties"]["endid"]) for edge in edges]
+    assert ends == [*pairwise(chain), *pairwise(chain[::-1])]
+    for edge, (start, end) in zip(edges, ends, strict=True):
+        way = portal.way[[start - first, end - first]]
         assert edge["geometry"]["coordinates"] == [pytest.approx(way[:, :2], abs=1e-6)]
         metadata = edge["properties"]["metadata"]
+        sign = 1 if end > start else -1
         assert metadata["way_z"] == pytest.approx(way[:, 2], abs=1e-6)
         assert (metadata["floor_start"], metadata["floor_end"]) == (1, 2)[::sign]
-        assert metadata["height"] == pytest.approx(sign * 3.0)
-        assert metadata["length"] == pytest.approx(portal.length, abs=1e-6)
         assert metadata["verdict"] == "passable"
         assert metadata["probability"] == pytest.approx(portal.assessment.probability[0], abs=1e-6)
         assert metadata["leads_to_unexplored"] is True
 
 
-def test_staging_poses_of_one_floor_are_joined_straight_both_ways_at_the_robots_speed(tmp_path):
-    (first, second), graph, _ = write_graph(tmp_path)
-    floors = [
-        feature for feature in graph["features"] if feature["properties"]["metadata"]["class"] == "floor"
+def test_stair_edges_trigger_the_robot_and_the_last_one_ends_it(tmp_path):
+    _, graph, _ = write_graph(tmp_path, stairways=(FIRST,))
+    edges = [edge["properties"] for edge in stairs_edges(graph, 1)]
+    for kind in ("up", "down"):
+        mine = [edge["operations"] for edge in edges if edge["metadata"]["class"] == f"stairs_{kind}"]
+        assert [list(operations) for operations in mine] == [["begin"]] * (len(mine) - 1) + [["begin", "end"]]
+        for operations in mine:
+            assert operations["begin"]["trigger"] == "ON_ENTER"
+            assert operations["begin"]["metadata"]["service_name"] == f"stairs/begin_{kind}"
+        assert mine[-1]["end"] == {
+            "type": "TriggerEvent", "trigger": "ON_EXIT", "metadata": {"service_name": "stairs/end"},
+        }  # fmt: skip
+
+
+def test_time_scorer_can_read_every_edge_whatever_numbers_a_profile_holds(tmp_path):
+    """``abs_speed_limit: 1`` is an integer to nlohmann's JSON, and TimeScorer threw."""
+    profile = replace(load_robot("spot"), floor_speed=1, stair_speed=1)
+    portals = make_portals((FIRST, SECOND), find_floors((FIRST, SECOND)), profile)
+    graph = make_route_graph(portals, profile, free_floors((FIRST, SECOND)))
+    dump_route_graph(nav2_from_route_graph(graph, profile), tmp_path / "graph.geojson")
+    loaded = load_as_nav2_route(tmp_path / "graph.geojson")
+    floors = 0
+    for node in loaded.values():
+        for edge in node["edges"]:
+            ends = [(place["x"], place["y"]) for place in (node, loaded[edge["end"]])]
+            cost = time_scorer_cost(edge, ends)
+            assert type(edge["cost"]) is float
+            if edge["metadata"]["class"] == "floor":
+                floors += 1
+                assert cost == pytest.approx(edge["cost"], abs=1e-4)
+    assert floors
+
+
+def floor_edges(graph, level):
+    return [
+        feature
+        for feature in graph["features"]
+        if feature["properties"]["metadata"]["class"] == "floor"
+        and feature["properties"]["metadata"]["floor_start"] == level
     ]
-    ends = [(edge["properties"]["startid"], edge["properties"]["endid"]) for edge in floors]
-    assert ends == [(1, 2), (2, 1)]
-    length = float(np.linalg.norm(first.upper.position[:2] - second.lower.position[:2]))
-    points = [first.upper.position[:2], second.lower.position[:2]]
-    for edge, sign in zip(floors, (1, -1), strict=True):
+
+
+def test_staging_poses_of_one_floor_are_joined_straight_both_ways_at_the_robots_speed(tmp_path):
+    beside = make_stairway(make_flight(base=(0, 6.0, 0.0), num_risers=18), stairway_id=2)
+    other = make_stairway(make_flight(base=(0, 0.0, 0.0), num_risers=18), stairway_id=1)
+    (first, second), graph, _ = write_graph(tmp_path, stairways=(other, beside))
+    edges = floor_edges(graph, 0)
+    assert len(edges) == 2
+    length = float(np.linalg.norm(first.lower.position[:2] - second.lower.position[:2]))
+    points = [first.lower.position[:2], second.lower.position[:2]]
+    for edge, sign in zip(edges, (1, -1), strict=True):
         properties = edge["properties"]
         assert properties["cost"] == pytest.approx(length / 0.5, abs=1e-5)
         assert properties["overridable"] is True
         assert properties["metadata"]["length"] == pytest.approx(length, abs=1e-5)
         assert properties["metadata"]["abs_speed_limit"] == 0.5
-        assert (properties["metadata"]["floor_start"], properties["metadata"]["floor_end"]) == (1, 1)
+        assert (properties["metadata"]["floor_start"], properties["metadata"]["floor_end"]) == (0, 0)
         assert edge["geometry"]["coordinates"] == [pytest.approx(np.array(points[::sign]), abs=1e-5)]
+
+
+def crosses(edge, grid):
+    """Whether a straight edge touches an occupied cell."""
+    start, end = np.array(edge["geometry"]["coordinates"][0])
+    shares = np.linspace(0, 1, 500)[:, None]
+    index, inside = grid.cells_at(start + shares * (end - start))
+    return bool((grid.cells[index[inside, 0], index[inside, 1]] == 100).any())
+
+
+def test_no_floor_edge_crosses_a_wall_and_nodes_lead_around_it(tmp_path):
+    stairways = [
+        make_stairway(make_flight(base=(0, y, 0.0), num_risers=18), stairway_id=number)
+        for number, y in ((1, 0.0), (2, 6.0))
+    ]
+    grids = free_floors(stairways)
+    cells = grids[0].cells.copy()
+    # A wall at y = 3 from x = -6 on; the way is around its end.
+    cells[178:182, 90:] = 100
+    grids[0] = replace(grids[0], cells=cells)
+    _, graph, path = write_graph(tmp_path, stairways=stairways, grids=grids)
+    edges = floor_edges(graph, 0)
+    assert len(edges) > 2
+    assert not any(crosses(edge, grids[0]) for edge in edges)
+    loaded = load_as_nav2_route(path)
+    reached, queue = set(), [0]
+    while queue:
+        number = queue.pop()
+        if number not in reached:
+            reached.add(number)
+            queue += [edge["end"] for edge in loaded[number]["edges"] if edge["metadata"]["class"] == "floor"]
+    ends = {number for number, node in loaded.items() if node["metadata"].get("end") == "lower"}
+    assert ends <= reached
+    assert len([node for node in nodes_of(graph, "waypoint") if node["metadata"]["floor"] == 0]) <= 6
+
+
+def test_a_floor_has_no_edges_where_no_free_way_or_no_map_is_known(tmp_path):
+    stairways = [
+        make_stairway(make_flight(base=(0, y, 0.0), num_risers=18), stairway_id=number)
+        for number, y in ((1, 0.0), (2, 6.0))
+    ]
+    grids = free_floors(stairways)
+    cells = grids[0].cells.copy()
+    cells[178:182] = 100
+    closed = {**grids, 0: replace(grids[0], cells=cells)}
+    profile = load_robot("spot")
+    portals = make_portals(stairways, find_floors(stairways), profile)
+    for maps, words in ((closed, "floor 0: no free way was seen"), ({}, "floor 0 has no map")):
+        graph = make_route_graph(portals, profile, maps)
+        assert not [
+            edge for edge in graph.edges if edge.kind == "floor" and graph.nodes[edge.start].level == 0
+        ]
+        assert any(words in note for note in graph.notes)
+
+
+@pytest.mark.parametrize(("directions", "kinds"), [("up", {"stairs_up"}), ("down", {"stairs_down"})])
+def test_stairs_that_a_robot_takes_in_one_direction_have_edges_in_that_alone(directions, kinds):
+    profile = replace(load_robot("spot"), stair_directions=directions)
+    portals = make_portals((FIRST,), find_floors((FIRST,)), profile)
+    graph = make_route_graph(portals, profile, {})
+    assert {edge.kind for edge in graph.edges} == kinds
 
 
 def test_unknown_stairs_get_edges_unless_they_are_left_out(tmp_path):
@@ -289,16 +461,12 @@ def test_unknown_stairs_get_edges_unless_they_are_left_out(tmp_path):
 
 def test_three_stairs_on_a_floor_are_joined_in_every_pair(tmp_path):
     stairways = [
-        make_stairway(make_flight(base=(0, 6.0 * number, 0)), stairway_id=number) for number in (1, 2, 3)
+        make_stairway(make_flight(base=(0, 4.0 * number, 0)), stairway_id=number) for number in (1, 2, 3)
     ]
     _, graph, _ = write_graph(tmp_path, stairways=stairways)
-    pairs = [
-        (edge["properties"]["startid"], edge["properties"]["endid"])
-        for edge in graph["features"]
-        if edge["properties"]["metadata"]["class"] == "floor"
-        and edge["properties"]["metadata"]["floor_start"] == 0
-    ]
-    assert sorted(pairs) == [(0, 2), (0, 4), (2, 0), (2, 4), (4, 0), (4, 2)]
+    lower = [node["id"] for node in nodes_of(graph) if node["metadata"].get("end") == "lower"]
+    pairs = {(edge["properties"]["startid"], edge["properties"]["endid"]) for edge in floor_edges(graph, 0)}
+    assert {(first, second) for first in lower for second in lower if first != second} <= pairs
 
 
 def test_masks_take_the_extent_of_the_maps_that_are_given(tmp_path):

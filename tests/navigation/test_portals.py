@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from stairmap.navigation.floors import Floor, FloorStack, find_floors
+from stairmap.navigation.landing_corners import find_landing_corners
 from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from stairmap.navigation.portals import STANDOFF, make_portal, make_portals, note_obstacles
 from stairmap.navigation.robot_profile import load_robot
+from stairmap.stairway import Landing
 from walkable_stairways import make_flight, make_half_turn, make_stairway
 
 STAIRWAY = make_stairway(make_flight(base=(1, 2, 0), heading=math.pi / 2, rise=0.17, num_risers=10))
@@ -32,7 +34,7 @@ def test_length_and_height_follow_the_flights_and_the_landing():
     portal = portal_of(make_half_turn())
     assert portal.height == pytest.approx(3.06)
     flight = math.hypot(8 * 0.28, 9 * 0.17)
-    assert portal.length == pytest.approx(2 * flight + 1.3 + 2 * STANDOFF, abs=0.2)
+    assert portal.length == pytest.approx(2 * flight + 1.3 + 2 * 0.6 + 2 * STANDOFF, abs=0.01)
 
 
 def test_costs_are_high_and_finite_also_for_a_robot_that_cannot_climb():
@@ -89,9 +91,11 @@ def test_a_cost_is_its_time_and_the_price_of_its_risk():
 def test_the_way_leads_from_one_staging_pose_to_the_other_over_every_flights_ends():
     portal = portal_of(make_half_turn())
     expected = [
-        (-STANDOFF, 0, 0), (0, 0, 0), (8 * 0.28, 0, 1.53), (8 * 0.28, 1.3, 1.53), (0, 1.3, 3.06),
-        (-STANDOFF, 1.3, 3.06),
+        (-STANDOFF, 0, 0), (0, 0, 0), (8 * 0.28, 0, 1.53), (8 * 0.28 + 0.6, 0, 1.53),
+        (8 * 0.28 + 0.6, 1.3, 1.53), (8 * 0.28, 1.3, 1.53), (0, 1.3, 3.06), (-STANDOFF, 1.3, 3.06),
     ]  # fmt: skip
+    kinds = ("staging", "foot", "top", "corner", "corner", "foot", "top", "staging")
+    assert portal.way_kinds == kinds
     assert portal.way == pytest.approx(np.array(expected), abs=1e-9)
     # Three alignments: before each flight and at the end.
     assert portal.cost_up == pytest.approx(portal.length / 0.2 + 15 + 30.6)
@@ -140,3 +144,29 @@ def test_a_robot_of_which_nothing_is_known_gets_a_portal_for_each_stairway_and_n
     other = make_stairway(make_flight(base=(9, 9, 0)), stairway_id=4)
     portals = make_portals([STAIRWAY, other], find_floors([STAIRWAY, other]))
     assert [(portal.stairway_id, portal.verdict) for portal in portals] == [(1, "unknown"), (4, "unknown")]
+
+
+def corners_of(turn, base, landing=None):
+    """Corners between a flight along +x that ends at (2.52, 0) and one that begins at a base, turned."""
+    return find_landing_corners(make_flight(), make_flight(base=base, heading=turn), landing)
+
+
+def test_a_quarter_turn_is_one_corner_where_the_middle_lines_meet():
+    for side in (1, -1):
+        (corner,) = corners_of(side * math.pi / 2, (3.2, side * 0.7, 1.7))
+        assert corner == pytest.approx([3.2, 0.0, 1.7])
+
+
+def test_straight_on_there_is_no_corner():
+    assert corners_of(0.0, (3.5, 0.0, 1.7)) == []
+    assert corners_of(0.4, (3.5, 0.2, 1.7)) == []
+
+
+def test_a_half_turn_is_taken_in_the_middle_of_the_landing_or_half_a_width_behind_the_flight():
+    landing = Landing(center=[3.3, 0.7, 1.7], size=(1.6, 2.6), heading=0.0)
+    for found, depth in (
+        (corners_of(math.pi, (2.52, 1.4, 1.7), landing), 0.8),
+        (corners_of(math.pi, (2.52, 1.4, 1.7)), 0.6),
+    ):
+        assert found[0] == pytest.approx([2.52 + depth, 0.0, 1.7])
+        assert found[1] == pytest.approx([2.52 + depth, 1.4, 1.7])

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import typer
 
+from stairmap.cli.floor_grids import FloorMaps, load_floor_grids
 from stairmap.cli.requests import ExportRequest
 from stairmap.errors import ConfigError, StairmapError
 from stairmap.export.building import Building, load_building
@@ -18,12 +21,21 @@ from stairmap.export.nav2 import (
     dump_json,
     dump_keepout_masks,
     dump_route_graph,
+    nav2_from_route_graph,
     remove_navigation_files,
-    route_graph_from_portals,
 )
+from stairmap.navigation.footprints import block_stairs
+from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.portals import ANY_ROBOT, make_portals
 from stairmap.navigation.robot_profile import RobotProfile, load_robot
+from stairmap.navigation.route_graph import RouteGraph, make_route_graph
 from stairmap.output_files import check_new_file, output_error
+
+FILES = {
+    "nav2-graph": ROUTE_GRAPH_FILE, "osm": "stairways_osm.geojson", "ifc": "stairways.ifc",
+    "ply": "stairways.ply", "obj": "stairways.obj",
+}  # fmt: skip
+"""File that each format writes; keep-out masks are one a floor."""
 
 
 def export_stairways(request: ExportRequest) -> int:
@@ -56,7 +68,11 @@ def export_stairways(request: ExportRequest) -> int:
         raise output_error(request.output, error) from error
     for name in request.formats:
         remove_navigation_files(request.output, name)
-    tried = [_try_export(name, building, request.output, robot, anchor) for name in request.formats]
+    grids, note = _grids(request, building)
+    task = _Task(
+        building=building, folder=request.output, robot=robot, anchor=anchor, grids=grids, grid_note=note
+    )
+    tried = [_try_export(name, task) for name in request.formats]
     errors = [outcome for outcome in tried if outcome is not None]
     for failure in errors[:-1]:
         typer.echo(f"error: {failure}", err=True)
@@ -65,47 +81,62 @@ def export_stairways(request: ExportRequest) -> int:
     return 0
 
 
-def _try_export(
-    name: str, building: Building, folder: Path, robot: RobotProfile | None, anchor: EarthAnchor | None
-) -> StairmapError | None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Task:
+    """What is written where: a building, for a robot, with its floors' maps, or why there are none."""
+
+    building: Building
+    folder: Path
+    robot: RobotProfile | None
+    anchor: EarthAnchor | None
+    grids: Mapping[int, OccupancyGrid]
+    grid_note: str = ""
+
+
+def _grids(request: ExportRequest, building: Building) -> tuple[dict[int, OccupancyGrid], str]:
+    """Maps of floors for the formats that lead over them; without a recording none, and a sentence why."""
+    if not {"nav2-graph", "rmf"} & set(request.formats):
+        return {}, ""
+    maps = FloorMaps(run=request.run, recording=request.recording, maps=request.maps)
+    try:
+        grids = load_floor_grids(maps, building.floors, building.trajectory)
+    except StairmapError as error:
+        if request.recording is not None or request.maps:
+            raise
+        return {}, f"the graph gets no edges on floors: {error}"
+    blocked = {
+        level: block_stairs(grid, building.stairways, building.floors, level, drops=building.drops)
+        for level, grid in grids.items()
+    }
+    return blocked, ""
+
+
+def _try_export(name: str, task: _Task) -> StairmapError | None:
     """Write one format and print its files; return what went wrong."""
     try:
-        for path in _export(name, building, folder, robot, anchor):
+        for path in _export(name, task):
             typer.echo(str(path))
     except StairmapError as error:
         return error
     return None
 
 
-def _export(
-    name: str,
-    building: Building,
-    folder: Path,
-    robot: RobotProfile | None,
-    anchor: EarthAnchor | None,
-) -> tuple[Path, ...]:
-    stairways, floors = building.stairways, building.floors
+def _export(name: str, task: _Task) -> tuple[Path, ...]:
+    stairways, floors, drops = task.building.stairways, task.building.floors, task.building.drops
     if name == "keepout":
-        paths = dump_keepout_masks(stairways, floors, folder, drops=building.drops, robot=robot)
+        paths = dump_keepout_masks(stairways, floors, task.folder, drops=drops, robot=task.robot)
         if not paths:
             typer.echo("no keep-out mask: the robot can climb every stairway, and no drop was seen", err=True)
         return paths
-    path = folder / {
-        "nav2-graph": ROUTE_GRAPH_FILE, "osm": "stairways_osm.geojson", "ifc": "stairways.ifc",
-        "ply": "stairways.ply", "obj": "stairways.obj",
-    }[name]  # fmt: skip
+    path = task.folder / FILES[name]
     check_new_file(path, option="-f " + name + ":")
     if name == "nav2-graph":
-        profile = ANY_ROBOT if robot is None else robot
-        portals = make_portals(stairways, floors, profile, building.drops)
+        profile = ANY_ROBOT if task.robot is None else task.robot
         dump_route_graph(
-            route_graph_from_portals(
-                portals, robot=profile, frame_id=building.frame_id, allow_unknown=robot is None
-            ),
-            path,
+            nav2_from_route_graph(_route_graph(task), profile, frame_id=task.building.frame_id), path
         )
-    elif name == "osm" and anchor is not None:
-        dump_json(osm_from_stairways(stairways, floors, anchor), path)
+    elif name == "osm" and task.anchor is not None:
+        dump_json(osm_from_stairways(stairways, floors, task.anchor), path)
     elif name == "ifc":
         dump_ifc(stairways, floors, path)
     elif name == "ply":
@@ -113,3 +144,14 @@ def _export(
     else:
         dump_obj(stairways, path)
     return (path,)
+
+
+def _route_graph(task: _Task) -> RouteGraph:
+    """The graph of the building; what is missing in it is told."""
+    profile = ANY_ROBOT if task.robot is None else task.robot
+    portals = make_portals(task.building.stairways, task.building.floors, profile, task.building.drops)
+    graph = make_route_graph(portals, profile, task.grids, allow_unknown=task.robot is None)
+    for note in (task.grid_note, *graph.notes) if graph.edges else ():
+        if note:
+            typer.echo(note, err=True)
+    return graph

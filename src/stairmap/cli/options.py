@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, TypeAlias
@@ -219,3 +220,22 @@ def check_ending(path: Path | None, ending: str, *, option: str) -> None:
     """Refuse a file that would be written over one of another kind, such as notes.txt."""
     if path is not None and path.suffix.lower() != ending:
         raise typer.BadParameter(f"{option}: expected a name that ends in {ending}, got '{path}'")
+
+
+def parse_map(text: str) -> tuple[int, Path]:
+    """Return level and file of ``--map LEVEL=FILE``."""
+    level, separator, path = text.partition("=")
+    try:
+        number = int(level)
+    except ValueError:
+        separator = ""
+    if not separator or not path:
+        raise typer.BadParameter(f"--map: expected LEVEL=FILE such as 0=ground.yaml, got {text!r}")
+    return number, Path(path)
+
+
+def check_finite(value: float | None) -> float | None:
+    """Refuse NaN and infinity, which compare with no limit; for ``callback`` of a number's option."""
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"expected a number, got {value}")
+    return value

@@ -3,39 +3,36 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import typer
 
+from stairmap.cli.floor_grids import FloorMaps, load_floor_grids
 from stairmap.cli.plain_table import format_columns
-from stairmap.cli.progress import FrameProgress
 from stairmap.cli.requests import PlanRequest
 from stairmap.errors import ConfigError
 from stairmap.export.building import load_building
 from stairmap.export.nav2 import dump_json
-from stairmap.export.recording_reference import load_recording_reference
 from stairmap.export.results import null_for_nan
 from stairmap.navigation.exploration import Candidate, find_candidates
 from stairmap.navigation.floors import FloorStack
 from stairmap.navigation.footprints import block_stairs
-from stairmap.navigation.grid_building import GridBuilder
-from stairmap.navigation.occupancy import OccupancyGrid, dump_map, load_map
+from stairmap.navigation.occupancy import OccupancyGrid, dump_map
 from stairmap.navigation.planner import FloorPlanner, Route
 from stairmap.navigation.portals import Portal, make_portals, note_obstacles
 from stairmap.navigation.robot_profile import load_robot
 from stairmap.output_files import check_new_folder, output_error, write_whole
-from stairmap.recordings.base import Recording
-from stairmap.recordings.open import open_recording
 from stairmap.trajectory import Trajectory
 from stairmap.visualization.floor_map import draw_floor_maps
 from stairmap.visualization.plots import png_from_figure
 
+NOTHING_FOUND = 3
+"""Exit code of a plan without a way, or with nothing left to explore: an answer, and no mistake."""
+
 
 def plan_way(request: PlanRequest) -> int:
-    """Print a way or the places to explore; return the exit code.
+    """Print a way or the places to explore; return the exit code: ``NOTHING_FOUND`` where there is none.
 
     Raises
     ------
@@ -48,7 +45,9 @@ def plan_way(request: PlanRequest) -> int:
     robot = load_robot(request.robot)
     building = load_building(request.run, camera_height=request.camera_height)
     stairways, floors, trajectory = building.stairways, building.floors, building.trajectory
-    grids = _load_grids(request, floors, trajectory)
+    grids = load_floor_grids(
+        FloorMaps(run=request.run, recording=request.recording, maps=request.maps), floors, trajectory
+    )
     portals = tuple(note_obstacles(p, grids) for p in make_portals(stairways, floors, robot, building.drops))
     blocked = {
         level: block_stairs(grid, stairways, floors, level, drops=building.drops)
@@ -75,64 +74,8 @@ def plan_way(request: PlanRequest) -> int:
         typer.echo(_format_text(route, candidates))
         if request.output is not None:
             typer.echo(str(request.output))
-    return 0
-
-
-def _load_grids(
-    request: PlanRequest, floors: FloorStack, trajectory: Trajectory | None
-) -> dict[int, OccupancyGrid]:
-    grids = {}
-    for level, path in request.maps:
-        if level in grids:
-            raise ConfigError(f"floor {level} has two maps; pass --map once for each floor")
-        floors.floor(level)
-        grids[level] = load_map(path)
-    # Where every floor that is asked for has a map, the recording is not needed.
-    if request.recording is None and grids:
-        return grids
-    recording = _open(request.run, request.recording)
-    if trajectory is None:
-        raise ConfigError(
-            f"{request.run} has no trajectory.tum, so its recording cannot be placed; pass --map"
-        )
-    return {**_map_recording(recording, request.run, floors, trajectory), **grids}
-
-
-def _open(run: Path, path: Path | None) -> Recording:
-    """Open the run's recording as the run did: where it was, or at the path given."""
-    reference = load_recording_reference(run if run.is_dir() else run.parent)
-    if path is not None:
-        if reference is None:
-            return open_recording(path)
-        return replace(reference, path=path).open()
-    if reference is None:
-        raise ConfigError(
-            f"there is no map to plan on: {run} does not say where its recording is; pass --recording PATH "
-            "or --map LEVEL=FILE"
-        )
-    return reference.open()
-
-
-def _map_recording(
-    recording: Recording, run: Path, floors: FloorStack, trajectory: Trajectory
-) -> dict[int, OccupancyGrid]:
-    builder = GridBuilder(floors)
-    num_placed = 0
-    with FrameProgress(recording.num_frames) as progress:
-        for frame in recording:
-            if trajectory.has_pose(np.array([frame.stamp_ns]))[0]:
-                builder.add(frame, trajectory.pose_at(frame.stamp_ns))
-                num_placed += 1
-            progress.advance()
-    if num_placed == 0:
-        first, last = (stamp_ns * 1e-9 for stamp_ns in recording.time_range_ns)
-        run_first, run_last = trajectory.stamps_ns[[0, -1]] * 1e-9
-        raise ConfigError(
-            f"expected --recording to be that of {run}, whose poses run from {run_first:.3f} to "
-            f"{run_last:.3f} s, but the images of {recording.name} run from {first:.3f} to {last:.3f} s; "
-            "pass the recording of this run"
-        )
-    return builder.grids()
+    is_found = bool(candidates) if route is None else bool(route)
+    return 0 if is_found else NOTHING_FOUND
 
 
 def _start(

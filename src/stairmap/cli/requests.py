@@ -182,13 +182,18 @@ class CheckRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportRequest:
-    """What ``stairmap export`` was asked for; ``anchor`` is latitude, longitude, bearing, deg."""
+    """What ``stairmap export`` was asked for; ``anchor`` is latitude, longitude, bearing, deg.
+
+    ``maps`` are levels and files; without them and ``recording``, the run says where its recording is.
+    """
 
     run: Path
     formats: tuple[str, ...]
     output: Path
     robot: str | None
     anchor: tuple[float, float, float] | None
+    recording: Path | None = None
+    maps: tuple[tuple[int, Path], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

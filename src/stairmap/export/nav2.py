@@ -10,11 +10,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from itertools import combinations
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from stairmap.drop import Drop
 from stairmap.errors import OutputError
@@ -22,8 +19,9 @@ from stairmap.export.results import null_for_nan
 from stairmap.navigation.floors import FloorStack
 from stairmap.navigation.footprints import forbidden_ground, make_keepout_mask
 from stairmap.navigation.occupancy import OccupancyGrid, dump_map
-from stairmap.navigation.portals import ANY_ROBOT, Portal, StagingPose
+from stairmap.navigation.portals import ANY_ROBOT
 from stairmap.navigation.robot_profile import RobotProfile
+from stairmap.navigation.route_graph import RouteEdge, RouteGraph, RouteNode
 from stairmap.output_files import output_error, write_whole_text
 from stairmap.stairway import Stairway, rounded
 
@@ -31,73 +29,42 @@ ROUTE_GRAPH_FILE = "route_graph.geojson"
 _MASK_NAME = "keepout_floor_"
 
 
-def route_graph_from_portals(
-    portals: Sequence[Portal],
-    *,
-    robot: RobotProfile = ANY_ROBOT,
-    frame_id: str = "map",
-    allow_unknown: bool = True,
+def nav2_from_route_graph(
+    graph: RouteGraph, robot: RobotProfile = ANY_ROBOT, *, frame_id: str = "map"
 ) -> dict[str, Any]:
-    """Return the portals as a graph for Nav2's Route Server.
+    """Return a graph for Nav2's Route Server.
 
-    A node for each staging pose; an edge up and one down for each stairway; edges both ways between
-    staging poses of one floor, straight and open to edge scorers. All costs are seconds, so
-    ``TimeScorer`` is the scorer that fits them.
+    Stair edges keep their costs (``overridable: false``) and carry ``operations``: entering one calls the
+    service ``stairs/begin_up`` or ``stairs/begin_down``, and leaving the last one ``stairs/end``, through
+    nav2_route's ``TriggerEvent``. Each edge says it, because a route may begin on the stairs. All costs are
+    seconds, so ``TimeScorer`` is the scorer that fits the edges of floors.
 
     Parameters
     ----------
-    portals
-        The stairways.
+    graph
+        Places and ways.
     robot
-        Its ``floor_speed`` makes the costs on floors.
+        Its ``floor_speed`` is the speed limit on floors.
     frame_id
         Coordinate frame of the nodes.
-    allow_unknown
-        Whether stairs with the verdict ``unknown`` get edges. Impassable ones never do.
 
     Raises
     ------
     OutputError
         If no stairway is left: nav2_route refuses a graph without edges.
     """
-    used = [
-        portal
-        for portal in portals
-        if portal.verdict == "passable" or (allow_unknown and portal.verdict == "unknown")
-    ]
-    if not used:
+    if not graph.edges:
         raise OutputError(
-            f"none of {len(portals)} stairways can be used by {robot.name}, and nav2_route refuses a graph "
-            "without edges"
+            f"none of {graph.num_stairways} stairways can be used by {robot.name}, and nav2_route refuses a "
+            "graph without edges"
         )
-    nodes: list[dict[str, Any]] = []
-    edges: list[dict[str, Any]] = []
-    on_floor: dict[int, list[int]] = {}
-    for portal in used:
-        ends = []
-        for name, level, pose in (
-            ("lower", portal.lower_level, portal.lower),
-            ("upper", portal.upper_level, portal.upper),
-        ):
-            on_floor.setdefault(level, []).append(len(nodes))
-            ends.append(len(nodes))
-            is_open = portal.is_lower_open if name == "lower" else portal.is_upper_open
-            nodes.append(_node(len(nodes), portal, name, level, pose, frame_id))
-            nodes[-1]["properties"]["metadata"]["is_open"] = is_open
-        edges += [
-            _stair_edge(portal, "up", ends[0], ends[1], portal.cost_up, portal.way),
-            _stair_edge(portal, "down", ends[1], ends[0], portal.cost_down, portal.way[::-1]),
-        ]
-    for level, members in sorted(on_floor.items()):
-        for first, second in combinations(members, 2):
-            edges += _floor_edges(nodes, level, first, second, robot.floor_speed)
-    for number, edge in enumerate(edges, start=len(nodes)):
-        edge["properties"]["id"] = number
+    nodes = [_node(number, node, frame_id) for number, node in enumerate(graph.nodes)]
+    edges = [_edge(number, edge, graph, robot) for number, edge in enumerate(graph.edges, start=len(nodes))]
     return {"type": "FeatureCollection", "name": "stairmap", "features": [*nodes, *edges]}
 
 
 def dump_route_graph(graph: Mapping[str, Any], path: Path) -> None:
-    """Write a graph for Nav2's Route Server; see ``route_graph_from_portals``.
+    """Write a graph for Nav2's Route Server; see ``nav2_from_route_graph``.
 
     Raises
     ------
@@ -192,75 +159,68 @@ def dump_json(values: Mapping[str, Any], path: Path) -> None:
     write_whole_text(path, json.dumps(null_for_nan(values), indent=1, allow_nan=False) + "\n")
 
 
-def _node(
-    number: int, portal: Portal, end: str, level: int, pose: StagingPose, frame_id: str
-) -> dict[str, Any]:
+def _node(number: int, node: RouteNode, frame_id: str) -> dict[str, Any]:
+    metadata: dict[str, Any] = {
+        "class": {"staging": "stair_staging", "waypoint": "waypoint"}.get(node.kind, f"stair_{node.kind}"),
+        "floor": node.level,
+        "z": rounded(node.position[2]),
+    }
+    if node.stairway_id is not None:
+        metadata["stairway"] = node.stairway_id
+    if node.kind == "staging":
+        metadata |= {"end": node.end, "yaw": rounded(node.heading), "is_open": node.is_open}
     return {
         "type": "Feature",
-        "properties": {
-            "id": number,
-            "frame": frame_id,
-            "metadata": {
-                "class": "stair_staging",
-                "end": end,
-                "floor": level,
-                "stairway": portal.stairway_id,
-                "z": rounded(pose.position[2]),
-                "yaw": rounded(pose.heading),
-            },
-        },
-        "geometry": {"type": "Point", "coordinates": rounded(pose.position[:2])},
+        "properties": {"id": number, "frame": frame_id, "metadata": metadata},
+        "geometry": {"type": "Point", "coordinates": rounded(node.position[:2])},
     }
 
 
-def _stair_edge(portal: Portal, kind: str, start: int, end: int, cost: float, way: Any) -> dict[str, Any]:
-    up = kind == "up"
-    return {
-        "type": "Feature",
-        "properties": {
-            "startid": start,
-            "endid": end,
-            "cost": rounded(cost),
-            "overridable": False,
-            "metadata": {
-                "class": f"stairs_{kind}",
-                "stairway": portal.stairway_id,
-                "floor_start": portal.lower_level if up else portal.upper_level,
-                "floor_end": portal.upper_level if up else portal.lower_level,
-                "length": rounded(portal.length),
-                "height": rounded(portal.height if up else -portal.height),
-                "verdict": portal.verdict,
-                "probability": rounded(portal.assessment.probability[0]),
-                "leads_to_unexplored": portal.leads_to_unexplored,
-                "way_z": rounded(way[:, 2]),
-            },
-        },
-        "geometry": {"type": "MultiLineString", "coordinates": [rounded(way[:, :2])]},
+def _edge(number: int, edge: RouteEdge, graph: RouteGraph, robot: RobotProfile) -> dict[str, Any]:
+    start, end = graph.nodes[edge.start], graph.nodes[edge.end]
+    properties: dict[str, Any] = {
+        "id": number,
+        "startid": edge.start,
+        "endid": edge.end,
+        "cost": rounded(edge.cost),
+        "overridable": edge.portal is None,
     }
-
-
-def _floor_edges(
-    nodes: Sequence[Mapping[str, Any]], level: int, first: int, second: int, speed: float
-) -> list[dict[str, Any]]:
-    ends = {number: nodes[number]["geometry"]["coordinates"] for number in (first, second)}
-    length = float(np.linalg.norm(np.subtract(ends[first], ends[second])))
-    return [
-        {
-            "type": "Feature",
-            "properties": {
-                "startid": start,
-                "endid": end,
-                "cost": rounded(length / speed),
-                "overridable": True,
-                "metadata": {
-                    "class": "floor",
-                    "floor_start": level,
-                    "floor_end": level,
-                    "length": rounded(length),
-                    "abs_speed_limit": speed,
-                },
-            },
-            "geometry": {"type": "MultiLineString", "coordinates": [[ends[start], ends[end]]]},
+    metadata: dict[str, Any] = {"class": edge.kind, "length": rounded(edge.length)}
+    if edge.portal is None:
+        # nav2_route reads a whole number as an integer, and TimeScorer then throws: it asks for a float.
+        metadata |= {
+            "floor_start": start.level, "floor_end": end.level, "abs_speed_limit": float(robot.floor_speed),
+        }  # fmt: skip
+    else:
+        portal, up = edge.portal, edge.kind == "stairs_up"
+        ends = (portal.lower_level, portal.upper_level)[:: 1 if up else -1]
+        metadata |= {
+            "stairway": portal.stairway_id,
+            "floor_start": ends[0],
+            "floor_end": ends[1],
+            "height": rounded(edge.height),
+            "verdict": portal.verdict,
+            "probability": rounded(portal.assessment.probability[0]),
+            "leads_to_unexplored": portal.leads_to_unexplored,
+            "abs_speed_limit": float(robot.stair_speed),
+            "way_z": rounded([start.position[2], end.position[2]]),
         }
-        for start, end in ((first, second), (second, first))
-    ]
+        properties["operations"] = _operations(edge)
+    return {
+        "type": "Feature",
+        "properties": {**properties, "metadata": metadata},
+        "geometry": {
+            "type": "MultiLineString",
+            "coordinates": [[rounded(start.position[:2]), rounded(end.position[:2])]],
+        },
+    }
+
+
+def _operations(edge: RouteEdge) -> dict[str, Any]:
+    """What nav2_route triggers on a stair edge."""
+
+    def event(trigger: str, service: str) -> dict[str, Any]:
+        return {"type": "TriggerEvent", "trigger": trigger, "metadata": {"service_name": f"stairs/{service}"}}
+
+    begin = event("ON_ENTER", "begin_up" if edge.kind == "stairs_up" else "begin_down")
+    return {"begin": begin, "end": event("ON_EXIT", "end")} if edge.is_last else {"begin": begin}

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from stairmap.arrays import IntArray, Mask, Vector, readonly
 from stairmap.navigation.occupancy import FREE, UNKNOWN, OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner
-from stairmap.navigation.planning_graph import nearest_node
+from stairmap.navigation.planning_graph import is_usable, nearest_node
 
 MIN_FRONTIER = 0.4
 """Shortest border between free and unknown ground that is worth a visit, m."""
@@ -102,12 +102,14 @@ def find_candidates(planner: FloorPlanner, level: int, point: ArrayLike) -> tupl
                     )
                 )
     for portal in planner.portals:
-        if portal.verdict == "impassable" or (portal.verdict == "unknown" and not planner.allow_unknown):
+        if not is_usable(portal, allow_unknown=planner.allow_unknown):
             continue
         for near, far, pose, climb in (
             (portal.lower_level, portal.upper_level, portal.lower, portal.cost_up),
             (portal.upper_level, portal.lower_level, portal.upper, portal.cost_down),
         ):
+            if not planner.robot.takes_stairs(up=near == portal.lower_level):
+                continue
             if near not in planner.graph.grids or far in planner.graph.grids:
                 continue
             node = nearest_node(planner.graph.grids[near], planner.graph.nodes[near], pose.position)

@@ -113,7 +113,7 @@ class FloorPlanner:
     ) -> None:
         if not grids:
             raise FloorError("there is no map of any floor to plan on")
-        self.portals, self.allow_unknown = tuple(portals), allow_unknown
+        self.portals, self.robot, self.allow_unknown = tuple(portals), robot, allow_unknown
         self.graph = make_planning_graph(grids, portals, robot, allow_unknown=allow_unknown)
 
     def search(self, level: int, point: ArrayLike) -> SearchResult:

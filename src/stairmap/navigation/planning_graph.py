@@ -76,7 +76,7 @@ def make_planning_graph(
             rows += [source, target]
             columns += [target, source]
             costs += [np.full(2 * len(source), length * grid.resolution / robot.floor_speed)]
-    stairs, reasons = _stair_edges(grids, nodes, portals, allow_unknown=allow_unknown)
+    stairs, reasons = _stair_edges(grids, nodes, portals, robot, allow_unknown=allow_unknown)
     for (source_node, target_node), (portal, kind) in stairs.items():
         rows.append(np.array([source_node]))
         columns.append(np.array([target_node]))
@@ -92,6 +92,11 @@ def make_planning_graph(
         stairs=stairs,
         reasons=reasons,
     )
+
+
+def is_usable(portal: Portal, *, allow_unknown: bool) -> bool:
+    """Whether a robot may use a stairway: never an impassable one, an unknown one if that is allowed."""
+    return portal.verdict == "passable" or (portal.verdict == "unknown" and allow_unknown)
 
 
 def nearest_node(grid: OccupancyGrid, numbers: IntArray, point: ArrayLike) -> int | None:
@@ -139,6 +144,7 @@ def _stair_edges(
     grids: Mapping[int, OccupancyGrid],
     nodes: Mapping[int, IntArray],
     portals: Sequence[Portal],
+    robot: RobotProfile,
     *,
     allow_unknown: bool,
 ) -> tuple[StairEdges, tuple[str, ...]]:
@@ -146,7 +152,7 @@ def _stair_edges(
     reasons = []
     for portal in portals:
         name = f"stairway {portal.stairway_id} (floor {portal.lower_level} to {portal.upper_level})"
-        if portal.verdict == "impassable" or (portal.verdict == "unknown" and not allow_unknown):
+        if not is_usable(portal, allow_unknown=allow_unknown):
             check = portal.assessment.limiting
             reasons.append(f"{name} is {portal.verdict} for {portal.assessment.robot}: {check.limit.measure}")
             continue
@@ -158,8 +164,12 @@ def _stair_edges(
             else:
                 ends.append(node)
         if len(ends) == 2:
-            stairs[ends[0], ends[1]] = (portal, "up")
-            stairs[ends[1], ends[0]] = (portal, "down")
+            if robot.takes_stairs(up=True):
+                stairs[ends[0], ends[1]] = (portal, "up")
+            if robot.takes_stairs(up=False):
+                stairs[ends[1], ends[0]] = (portal, "down")
+            if robot.stair_directions != "both":
+                reasons.append(f"{name} is used {robot.stair_directions} only: so does {robot.name}")
     return stairs, tuple(reasons)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -18,11 +18,15 @@ from stairmap.drop import Drop
 from stairmap.modeling.landings import top_of
 from stairmap.navigation.carried_stairs import carry_to_floors
 from stairmap.navigation.floors import FloorStack
+from stairmap.navigation.landing_corners import find_landing_corners
 from stairmap.navigation.limits import Verdict
 from stairmap.navigation.occupancy import FREE, UNKNOWN, OccupancyGrid
 from stairmap.navigation.robot_profile import RobotProfile
 from stairmap.navigation.traversability import Assessment, assess
 from stairmap.stairway import Stairway
+
+WayKind: TypeAlias = Literal["staging", "foot", "top", "corner"]
+"""What a point of the way over a stairway is."""
 
 STANDOFF = 0.6
 """Distance of a staging pose from the first riser or the last nosing, m."""
@@ -64,7 +68,10 @@ class Portal:
     lower, upper
         Staging poses at its ends, facing the stairs.
     way
-        (N, 3) points from the lower staging pose over flights and landings to the upper one, m.
+        (N, 3) points from the lower staging pose over flights and landings to the upper one, m: straight
+        lines between them lie on the stairs.
+    way_kinds
+        (N,) what each point is: ``staging``, ``foot`` or ``top`` of a flight, ``corner`` of a landing.
     length, height
         Length of the way and height gained, m.
     cost_up, cost_down
@@ -85,6 +92,7 @@ class Portal:
     lower: StagingPose
     upper: StagingPose
     way: Points
+    way_kinds: tuple[WayKind, ...]
     length: float
     height: float
     cost_up: float
@@ -138,10 +146,7 @@ def make_portal(
     top = top_of(last)
     begin = first.base - (STANDOFF + carried.unknown_below) * first.forward
     end = top + (STANDOFF + carried.unknown_above) * last.forward
-    points = [begin]
-    for flight in flights:
-        points += [flight.base, top_of(flight)]
-    way = np.array([*points, end])
+    way, way_kinds = _find_way(carried.stairway, begin, end)
     length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
     height = float(top[2] - first.base[2])
     open_ends = {name: floors.has_open_end(stairway.id, upper=name == "upper") for name in ("lower", "upper")}
@@ -154,6 +159,7 @@ def make_portal(
         lower=StagingPose(position=begin, heading=first.heading),
         upper=StagingPose(position=end, heading=_turned(last.heading)),
         way=way,
+        way_kinds=way_kinds,
         length=length,
         height=height,
         cost_up=time + robot.ascent_risk * height,
@@ -167,6 +173,21 @@ def make_portal(
             if is_open
         ),
     )
+
+
+def _find_way(stairway: Stairway, begin: Vector, end: Vector) -> tuple[Points, tuple[WayKind, ...]]:
+    """Way over a stairway from one staging pose to the other, and what its points are."""
+    points: list[Vector] = [begin]
+    kinds: list[WayKind] = ["staging"]
+    for index, flight in enumerate(stairway.flights):
+        if index:
+            landing = stairway.landings[index - 1] if index <= len(stairway.landings) else None
+            corners = find_landing_corners(stairway.flights[index - 1], flight, landing)
+            points += corners
+            kinds += ["corner"] * len(corners)
+        points += [flight.base, top_of(flight)]
+        kinds += ["foot", "top"]
+    return np.array([*points, end]), (*kinds, "staging")
 
 
 def make_portals(

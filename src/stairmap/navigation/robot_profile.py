@@ -13,13 +13,16 @@ from dataclasses import dataclass, field, fields
 from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal, TypeAlias, get_args
 
 from stairmap.errors import ConfigError
 from stairmap.input_files import parse_yaml, quoted, read_text, shown
 from stairmap.navigation.limits import Limit, Measure, Sense
 
 _FOLDER = "robots"
+
+StairDirections: TypeAlias = Literal["both", "up", "down"]
+"""In which directions a robot takes stairs."""
 
 _LIMITS = (
     "max_continuous_rise", "max_single_rise", "min_run", "max_pitch_deg", "max_slope_deg", "body_width",
@@ -74,6 +77,9 @@ class RobotProfile:
         Time to line up before a flight, s.
     ascent_risk, descent_risk
         What a metre of height costs on top of its time, s: how much of a detour it is worth.
+    stair_directions
+        ``both``, ``up`` or ``down``: the only direction in which it takes stairs. Some robots climb what they
+        cannot come down.
     sources
         Where each figure stands, by the name of the field.
     """
@@ -92,12 +98,16 @@ class RobotProfile:
     alignment_time: float = 5.0
     ascent_risk: float = 10.0
     descent_risk: float = 15.0
+    stair_directions: StairDirections = "both"
     sources: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         for name in (*_LIMITS, *_MOTION):
             _check_number(self.name, name, getattr(self, name))
+        if self.stair_directions not in get_args(StairDirections):
+            found = quoted(repr(self.stair_directions), marks=False)
+            raise ConfigError(f"robot {self.name}: stair_directions must be both, up or down, got {found}")
         low, high = self.max_continuous_rise, self.max_single_rise
         if low is not None and high is not None and low > high:
             raise ConfigError(
@@ -110,6 +120,10 @@ class RobotProfile:
                 raise ConfigError(
                     f"robot {self.name}: {name} must be from {_MIN_ANGLE_DEG:g} to 90 degrees, got {angle:g}"
                 )
+
+    def takes_stairs(self, *, up: bool) -> bool:
+        """Whether it takes stairs in a direction."""
+        return self.stair_directions in ("both", "up" if up else "down")
 
     @property
     def min_width(self) -> float | None:
@@ -217,6 +231,8 @@ def robot_from_values(values: Any, *, origin: str) -> RobotProfile:
         if key in _MOTION and entry is None:
             raise ConfigError(f"robot profile {origin}: {key} must be a number; leave it out for the default")
         figures[key] = entry
+    if "stair_directions" in values:
+        figures["stair_directions"] = values["stair_directions"]
     return RobotProfile(name=values["name"], **figures, sources=sources)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from stairmap.cli.options import DebugOption
+from stairmap.cli.options import DebugOption, parse_map
 from stairmap.cli.requests import ExportRequest
 
 _MAX_ANGLE_DEG = 360.0
@@ -66,6 +66,24 @@ def export(
             show_default=False,
         ),
     ] = None,
+    recording: Annotated[
+        Path | None,
+        typer.Option(
+            "--recording",
+            metavar="DIR",
+            help="nav2-graph, rmf: recording of the run, to map its floors. Default: where the run read it.",
+            show_default=False,
+        ),
+    ] = None,
+    maps: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--map",
+            metavar="LEVEL=FILE",
+            help="nav2-graph, rmf: Nav2 map (YAML) of a floor, such as 0=ground.yaml; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
     debug: DebugOption = False,
 ) -> None:
     """Write the stairways of a run in the formats of planners, maps and building models.
@@ -84,6 +102,8 @@ def export(
         output=_default_output(run) if output is None else output,
         robot=robot,
         anchor=None if anchor is None else _parse_anchor(anchor),
+        recording=recording,
+        maps=tuple(parse_map(text) for text in maps or ()),
     )
     raise typer.Exit(export_stairways(request))
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stairmap.cli.options import INPUT, OUTPUT, DebugOption, JsonOption
+from stairmap.cli.options import INPUT, OUTPUT, DebugOption, JsonOption, check_finite, parse_map
 from stairmap.cli.requests import PlanRequest
 
 _WAY = "Way"
@@ -45,8 +45,9 @@ def plan(
             "--camera-height",
             min=0.01,
             max=100.0,
+            callback=check_finite,
             metavar="M",
-            help="Of the camera above the floor, m. Default: from the stairs' ends.",
+            help="Of the camera above the floor, m. Default: as the run saw it.",
             rich_help_panel=INPUT,
             show_default=False,
         ),
@@ -99,6 +100,8 @@ def plan(
 ) -> None:
     """Plan a way over the floors of a run, or list the places to explore next. Costs are seconds.
 
+    Exit code 3: there is no way, or nothing is left to explore.
+
     \b
     Examples:
       stairmap plan results/hall_1 --recording hall --robot spot -o hall_plan
@@ -108,7 +111,7 @@ def plan(
 
     request = PlanRequest(
         run=run,
-        maps=tuple(_parse_map(text) for text in maps or ()),
+        maps=tuple(parse_map(text) for text in maps or ()),
         recording=recording,
         robot=robot,
         start=None if start is None else _parse_place("--from", start),
@@ -119,17 +122,6 @@ def plan(
         as_json=as_json,
     )
     raise typer.Exit(plan_way(request))
-
-
-def _parse_map(text: str) -> tuple[int, Path]:
-    level, separator, path = text.partition("=")
-    try:
-        number = int(level)
-    except ValueError:
-        separator = ""
-    if not separator or not path:
-        raise typer.BadParameter(f"--map: expected LEVEL=FILE such as 0=ground.yaml, got {text!r}")
-    return number, Path(path)
 
 
 def _parse_place(option: str, text: str) -> tuple[float, float, int]:

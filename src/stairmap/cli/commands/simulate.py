@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stairmap.cli.options import OUTPUT, DebugOption
+from stairmap.cli.options import OUTPUT, DebugOption, check_finite
 from stairmap.cli.requests import SimulateRequest
 
 _DRIVE = "Drive"
@@ -31,6 +31,7 @@ def simulate(
         typer.Option(
             min=0.1,
             max=1.0,
+            callback=check_finite,
             metavar="F",
             help="Part of the camera's resolution along each axis.",
             rich_help_panel=_DRIVE,
