@@ -1,34 +1,37 @@
-"""Run over the sweeps of a bag and write what comes of it into a run folder, as for depth images.
+"""Run over the sweeps or elevation maps of a bag and write a run folder, as for depth images.
 
 with create_run_folder(None, recording.name) as folder:
     run = SweepRun(recording, config=Config())
     run.process_sweeps(folder)
     run.write_results(folder, run.outcome())
 
-Where a run of depth images counts frames, this one counts windows: some sweeps gathered together.
+Where a run of depth images counts frames, this one counts windows: some sweeps gathered together, or an
+elevation map that was looked at.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain, islice
+from typing import Any
 
 from stairmap.config import Config, dump_config
+from stairmap.elevation_session import ElevationSession, GridResult
 from stairmap.errors import MapFullError, MissingPackageError, RecordingError
 from stairmap.export.history import HISTORY_FILE, history_values
 from stairmap.export.results import CONFIG_FILE, RunFolder
 from stairmap.export.summary import counted, format_summary
 from stairmap.pipeline import DEFAULT_METHOD
 from stairmap.recording_run import RunOutcome
+from stairmap.recordings.bags.elevation import ElevationRecording
 from stairmap.recordings.bags.sweeps import SweepRecording
-from stairmap.sweep import Sweep
 from stairmap.sweep_session import SweepSession, WindowResult
 from stairmap.visualization.collecting import ReportCollector
 from stairmap.visualization.report import render_report, report_data
 
 
 class SweepRun:
-    """Looks at the sweeps of one recording.
+    """Looks at the sweeps, or elevation maps, of one recording.
 
     Parameters
     ----------
@@ -51,10 +54,12 @@ class SweepRun:
         If no sweep can be read; as TrajectoryError if none has a pose.
     """
 
-    def __init__(self, recording: SweepRecording, *, config: Config) -> None:
+    def __init__(self, recording: SweepRecording | ElevationRecording, *, config: Config) -> None:
         self._recording = recording
-        self._trajectory = recording.check_poses()
-        self.session = SweepSession(config)
+        self._trajectory: Any = recording.check_poses()
+        self.session: Any = (
+            SweepSession(config) if isinstance(recording, SweepRecording) else ElevationSession(config)
+        )
         self.failure: RecordingError | None = None
         self._collector = ReportCollector()
         self._was_stopped = False
@@ -62,7 +67,7 @@ class SweepRun:
         self._num_known = 0
         sweeps = iter(recording)
         # The first is read at once: an unreadable recording makes no results folder.
-        self._sweeps: Iterator[Sweep] = chain(list(islice(sweeps, 1)), sweeps)
+        self._sweeps: Iterator[Any] = chain(list(islice(sweeps, 1)), sweeps)
 
     def process_sweeps(
         self,
@@ -104,7 +109,7 @@ class SweepRun:
             )
             self._notes = (str(self.failure),)
 
-    def _take(self, folder: RunFolder | None, result: WindowResult | None) -> None:
+    def _take(self, folder: RunFolder | None, result: WindowResult | GridResult | None) -> None:
         if result is None:
             return
         pose = result.window.map_from_sensor

@@ -118,7 +118,7 @@ CloudTopicOption: TypeAlias = Annotated[
     typer.Option(
         "--cloud-topic",
         metavar="TOPIC",
-        help="Sweeps of a LiDAR (PointCloud2, Livox CustomMsg), instead of depth images.",
+        help="Sweeps of a LiDAR (PointCloud2, Livox CustomMsg) or a GridMap, instead of depth images.",
         rich_help_panel=BAG,
         show_default=False,
     ),

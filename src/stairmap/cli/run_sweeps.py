@@ -23,6 +23,7 @@ from stairmap.navigation.robot_profile import load_robot
 from stairmap.navigation.traversability import Assessment, assess
 from stairmap.pipeline import DEFAULT_METHOD
 from stairmap.recording_run import RunOutcome
+from stairmap.recordings.bags.elevation import ElevationRecording
 from stairmap.recordings.bags.sweeps import SweepRecording
 from stairmap.recordings.open import open_sweeps
 from stairmap.sweep_run import SweepRun
@@ -101,13 +102,14 @@ def _check_options(request: RunRequest) -> None:
 
 def _format_text(
     run: SweepRun,
-    recording: SweepRecording,
+    recording: SweepRecording | ElevationRecording,
     folder: RunFolder,
     outcome: RunOutcome,
     assessments: Sequence[Assessment],
 ) -> str:
+    kind = "sweep" if isinstance(recording, SweepRecording) else "elevation map"
     lines = [
-        f"{counted(run.session.num_sweeps, 'sweep')} of {recording.contents.topic} in "
+        f"{counted(run.session.num_sweeps, kind)} of {recording.contents.topic} in "
         f"{counted(outcome.num_frames, 'window')}, stair edges seen in {outcome.num_detections}",
         "",
         format_table(outcome.stairways).rstrip("\n"),
@@ -123,7 +125,7 @@ def _format_text(
 
 def _format_json(
     run: SweepRun,
-    recording: SweepRecording,
+    recording: SweepRecording | ElevationRecording,
     folder: RunFolder,
     outcome: RunOutcome,
     assessments: Sequence[Assessment],

@@ -31,7 +31,7 @@ def fit_line(
     step = known[1]
     if np.ptp(index) == 0:
         return float(np.mean(place - index * step)), step
-    step = _median_step(index, place, step)
+    step = _better_step(index, place, _median_step(index, place, step))
     total = np.hypot(std, IRREGULARITY)
     # Where treads were seen from above and others from below only, the upper ones count.
     start = place - index * step
@@ -51,6 +51,21 @@ def fit_line(
         offset = np.abs(place - start_of_all - index * step) / total
         weight = np.minimum(1.0, OUTLYING / np.maximum(offset, 1e-9)) / total**2
     return start_of_all, step
+
+
+def _better_step(index: IntArray, place: Float64Array, step: float) -> float:
+    """The step between two places, near or far apart, whose line has more of the places on it, if one has.
+
+    In a grid of heights risers lie where cells end: nine cells, nine and ten, and the median says nine.
+    """
+    first, second = np.triu_indices(len(index), 1)
+    apart = index[second] - index[first]
+    first, second, apart = first[apart != 0], second[apart != 0], apart[apart != 0]
+    steps = np.append(step, (place[second] - place[first]) / apart)
+    steps = steps[(steps > step / MAX_CHANGE) & (steps < step * MAX_CHANGE)]
+    starts = place - index * steps[:, None]
+    number = (np.abs(starts[:, :, None] - starts[:, None, :]) < SAME_LINE).sum(axis=2).max(axis=1)
+    return float(steps[int(np.argmax(number))]) if number.max() > number[0] else step
 
 
 def _median_step(index: IntArray, place: Float64Array, known: float) -> float:

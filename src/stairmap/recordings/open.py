@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ from stairmap.recordings.base import Recording, WatchOpening
 from stairmap.recordings.image_folder import CAMERA_FILE, DEPTH_LIST, ImageFolderRecording
 
 if TYPE_CHECKING:
+    from stairmap.recordings.bags.elevation import ElevationRecording
+    from stairmap.recordings.bags.stream import BagTopic
     from stairmap.recordings.bags.sweeps import SweepRecording
 
 _FOLDER_PARTS = (
@@ -91,9 +94,11 @@ def open_sweeps(
     pose_format: str | None = None,
     bag: BagOptions | None = None,
     watch: WatchOpening | None = None,
-) -> SweepRecording:
-    """Open the sweeps of a LiDAR in a bag; for parameters and errors see ``open_recording``."""
-    from stairmap.recordings.bags.bag import METADATA, is_bag  # noqa: PLC0415
+) -> SweepRecording | ElevationRecording:
+    """Open the sweeps of a LiDAR, or a robot's elevation maps, in a bag; see ``open_recording``."""
+    from stairmap.recordings.bags.bag import METADATA, Bag, is_bag  # noqa: PLC0415
+    from stairmap.recordings.bags.elevation import ElevationRecording  # noqa: PLC0415
+    from stairmap.recordings.bags.grid_message import GRID_MAP  # noqa: PLC0415
     from stairmap.recordings.bags.sweeps import SweepRecording  # noqa: PLC0415
 
     path, options = Path(path), bag or BagOptions()
@@ -107,6 +112,13 @@ def open_sweeps(
         if trajectory is not None and (options.pose_topic or options.map_frame):
             raise RecordingError("--trajectory gives all poses; leave --pose-topic and --map-frame out")
         folder = path.parent if path.name == METADATA else path
+        if _is_elevation(Bag(folder).topics, options.cloud_topic, GRID_MAP):
+            if trajectory is not None or pose_format is not None or options.pose_topic or options.map_frame:
+                raise RecordingError(
+                    "an elevation map says itself where it lies; leave --trajectory, --pose-format, "
+                    "--pose-topic and --map-frame out"
+                )
+            return ElevationRecording(folder, up=up, options=options)
         return SweepRecording(
             folder, trajectory=trajectory, up=up, pose_format=pose_format, options=options, watch=watch
         )
@@ -114,10 +126,21 @@ def open_sweeps(
         raise RecordingError(f"cannot open {path}: {error.strerror}") from error
 
 
+def _is_elevation(topics: Sequence[BagTopic], wanted: str | None, kind: str) -> bool:
+    """Whether the topic that is wanted, or all that there are, are elevation maps."""
+    from stairmap.recordings.bags.topics import CLOUDS, topics_of_type  # noqa: PLC0415
+
+    grids = topics_of_type(topics, kind)
+    if wanted is None:
+        return bool(grids) and not topics_of_type(topics, *CLOUDS)
+    return any(wanted.partition(":")[0].lstrip("/") == topic.name.lstrip("/") for topic in grids)
+
+
 def has_only_sweeps(path: Path) -> bool:
-    """Tell whether a path is a bag with sweeps of a LiDAR and without depth images."""
+    """Tell whether a path is a bag with sweeps of a LiDAR or elevation maps, and without depth images."""
     from stairmap.recordings.bags.bag import Bag, is_bag  # noqa: PLC0415
     from stairmap.recordings.bags.depth import peek_encodings  # noqa: PLC0415
+    from stairmap.recordings.bags.grid_message import GRID_MAP  # noqa: PLC0415
     from stairmap.recordings.bags.topics import CLOUDS, has_depth_topic, topics_of_type  # noqa: PLC0415
 
     path = Path(path)
@@ -125,7 +148,7 @@ def has_only_sweeps(path: Path) -> bool:
         if not path.exists() or (path / DEPTH_LIST).exists() or not is_bag(path):
             return False
         found = Bag(path)
-        if not topics_of_type(found.topics, *CLOUDS):
+        if not topics_of_type(found.topics, *CLOUDS, GRID_MAP):
             return False
         return not has_depth_topic(found.topics, peek_encodings(found))
     # Whatever is wrong with it is said by whoever opens it.

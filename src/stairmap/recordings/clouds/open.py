@@ -9,6 +9,7 @@ from stairmap.errors import RecordingError
 from stairmap.input_files import check_is_file, shown
 from stairmap.recordings.clouds.cloud import Cloud
 from stairmap.recordings.clouds.e57_file import open_e57
+from stairmap.recordings.clouds.height_file import open_height_grid
 from stairmap.recordings.clouds.las import open_las
 from stairmap.recordings.clouds.pcd import open_pcd
 from stairmap.recordings.clouds.ply import open_ply
@@ -23,13 +24,14 @@ _BY_MAGIC: tuple[tuple[bytes, Callable[[Path], Cloud]], ...] = (
     (b"ply\n", open_ply),
     (b"ply\r", open_ply),
     (b"LASF", open_las),
+    (b"PK\x03\x04", open_height_grid),
     (b"ASTM-E57", open_e57),
     (b"# .PCD", open_pcd),
     (b"VERSION", open_pcd),
 )
 
 _BY_SUFFIX: dict[str, Callable[[Path], Cloud]] = {
-    ".pcd": open_pcd, ".ply": open_ply, ".las": open_las, ".laz": open_las, ".e57": open_e57,
+    ".npz": open_height_grid, ".pcd": open_pcd, ".ply": open_ply, ".las": open_las, ".laz": open_las, ".e57": open_e57,
     ".xyz": open_text, ".txt": open_text, ".asc": open_text, ".csv": open_text, ".pts": open_text,
 }  # fmt: skip
 
