@@ -52,15 +52,15 @@ def _load(path: Path) -> HeightGrid:
                 raise RecordingError(
                     f"{expected} in {shown(path)}, but it has {', '.join(saved.files) or 'nothing'}"
                 )
-            heights = np.asarray(saved["heights"], dtype=np.float64)
+            heights = np.asarray(saved["heights"], dtype=np.float32)
             resolution = float(saved["resolution"])
-            origin = np.asarray(saved["origin"] if "origin" in saved else [0.0, 0.0], dtype=np.float64)
+            origin = np.asarray(saved.get("origin", [0.0, 0.0]), dtype=np.float64)
     except (OSError, ValueError, TypeError, EOFError, KeyError, zipfile.BadZipFile) as error:
         raise RecordingError(f"{expected} in {shown(path)}: {' '.join(str(error).split())[:200]}") from error
     if heights.size > MAX_CELLS or origin.shape not in {(2,), (3,)} or not np.isfinite(origin).all():
         raise RecordingError(
-            f"{expected} in {shown(path)}, and origin as two numbers, got {heights.shape} cells and an origin "
-            f"of shape {origin.shape}"
+            f"{expected} in {shown(path)}, and origin as two numbers, got {heights.shape} cells and an "
+            f"origin of shape {origin.shape}"
         )
     map_from_grid = np.eye(4)
     map_from_grid[: len(origin), 3] = origin

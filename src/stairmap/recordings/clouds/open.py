@@ -31,7 +31,8 @@ _BY_MAGIC: tuple[tuple[bytes, Callable[[Path], Cloud]], ...] = (
 )
 
 _BY_SUFFIX: dict[str, Callable[[Path], Cloud]] = {
-    ".npz": open_height_grid, ".pcd": open_pcd, ".ply": open_ply, ".las": open_las, ".laz": open_las, ".e57": open_e57,
+    ".npz": open_height_grid,
+    ".pcd": open_pcd, ".ply": open_ply, ".las": open_las, ".laz": open_las, ".e57": open_e57,
     ".xyz": open_text, ".txt": open_text, ".asc": open_text, ".csv": open_text, ".pts": open_text,
 }  # fmt: skip
 
