@@ -10,7 +10,6 @@ floor (a level that goes on forward).
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +17,8 @@ from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.fit import FittedProfile, Rays
 from stairmap.detection.profile import MIN_FORWARD, Prediction, StairProfile, Surface
+from stairmap.kernels import compare_with_line, count_continuations, count_rays
+from stairmap.kernels.counts import BESIDE, OWN, ContinuationLimits, LineLimits, SideLimits
 
 SURFACE_TOLERANCE = 0.012
 """A ray this near a surface, along its normal, is on it, m: three times the irregularity of built steps."""
@@ -42,6 +43,12 @@ MAX_CONTINUED = 0.5
 
 CONTINUED_HEIGHT = 0.8
 """How far above a nosing it is looked whether its surface goes on, in rises (or in runs, for a level)."""
+
+LEAST_EXPECTED = 1e-6
+"""Rays that should see something farther are compared as if they should see this, 1/m: a thousand km."""
+
+MAX_HIDING_SHARE = 0.5
+"""What is nearer than a surface by this share of its inverse distance hides it, however large the noise."""
 
 LEAST_DEPTH = 1e-3
 """A level less than this below the camera is seen edge-on, m."""
@@ -157,101 +164,64 @@ def count_evidence(rays: Rays, fitted: FittedProfile, profile: StairProfile) -> 
     profile
         The fitted profile, mostly with more steps than were found: they are tried here.
     """
-    n = profile.num_steps
     predicted = fitted.predict(rays.slope, profile)
-    entry = predicted.entries(rays.slope)
-    expected = predicted.expected(rays.slope, entry)
-    # Where an edge's place within the row decides what a ray sees, it tells nothing of the surface.
     limit = tolerances(predicted, profile, fitted.noise)
-    is_plain = (predicted.edge_spread < limit)[entry]
-    tolerance, surface, step = limit[entry], predicted.surface[entry], predicted.step[entry]
-    measured = rays.inverse_distance > 0
-    off = rays.inverse_distance - expected
-    is_on = measured & (np.abs(off) < tolerance)
-    is_nearer, is_farther = measured & (off >= tolerance), measured & (off <= -tolerance)
+    surface = predicted.surface
     is_face = (surface == Surface.RISER) | (surface == Surface.FRONT)
-    is_tread = surface == Surface.TREAD
-    is_own = is_face if profile.run > 0 else is_tread
-    # Across the stairs, at the distance that is predicted.
-    across = rays.bearing / np.maximum(expected, 1e-6)
-    inside = _between_sides(across, step, is_on & is_own & (step >= 0), n)
-    is_beside = is_tread if profile.run > 0 else np.zeros(len(step), bool)
-
-    def count(chosen: Mask) -> IntArray:
-        kept = chosen & (step >= 0)
-        return np.bincount(step[kept], minlength=n)
-
-    own, beside = is_own & is_plain & inside, is_beside & is_plain & inside
-    expected = np.maximum(expected, predicted.farthest[entry])
-    continued, ended = _continuations(rays, expected, profile, fitted.noise, inside)
+    if profile.run > 0:
+        role = np.where(is_face, OWN, np.where(surface == Surface.TREAD, BESIDE, 0))
+    else:
+        role = np.where(surface == Surface.TREAD, OWN, 0)
+    # Where an edge's place within the row decides what a ray sees, it tells nothing of the surface.
+    entries = limit, predicted.step, role, predicted.edge_spread < limit
+    counts, inside, least = count_rays(
+        rays.arrays,
+        predicted.table,
+        entries,
+        profile.num_steps,
+        SideLimits(SIDE_SHARE, MIN_RAYS, LEAST_EXPECTED),
+    )
+    continued = count_continuations(
+        rays.arrays,
+        (least, inside),
+        *_continued_surfaces(profile),
+        ContinuationLimits(fitted.noise, MIN_DIFFERENCE, SURFACE_TOLERANCE, NUM_SIGMA, MAX_HIDING_SHARE),
+    )
+    on, nearer, farther, unmeasured, on_tread, farther_tread = counts
     return Evidence(
-        on=count(own & is_on),
-        nearer=count(own & is_nearer),
-        farther=count(own & is_farther),
-        unmeasured=count(own & ~measured),
-        on_tread=count(beside & is_on),
-        farther_tread=count(beside & is_farther),
-        continued=continued,
-        ended=ended,
+        on=on,
+        nearer=nearer,
+        farther=farther,
+        unmeasured=unmeasured,
+        on_tread=on_tread,
+        farther_tread=farther_tread,
+        continued=continued[:, 0],
+        ended=continued[:, 1],
     )
 
 
-def _between_sides(across: Float64Array, step: IntArray, on: Mask, n: int) -> Mask:
-    """Whether rays meet the stairs between their sides: the medians of those of the steps, so that a floor
-    that is wider than the stairs, or a step that the image cuts, does not decide."""
-    lefts, rights = [], []
-    order = np.lexsort((across, np.where(on, step, n)))
-    edges = np.searchsorted(np.where(on, step, n)[order], np.arange(n + 1))
-    for first, last in pairwise(edges.tolist()):
-        few = int(SIDE_SHARE * (last - first))
-        if last - first >= MIN_RAYS:
-            rights.append(across[order[first + few]])
-            lefts.append(across[order[last - 1 - few]])
-    if not lefts:
-        return np.zeros(len(across), dtype=bool)
-    return np.asarray((across >= np.median(rights)) & (across <= np.median(lefts)))
-
-
-def _continuations(
-    rays: Rays, expected: Float64Array, profile: StairProfile, noise: float, usable: Mask
-) -> tuple[IntArray, IntArray]:
-    """Rays about each nosing that see a surface go on where it should end, and that do not.
+def _continued_surfaces(
+    profile: StairProfile,
+) -> tuple[tuple[IntArray, Float64Array], tuple[Float64Array, Float64Array]]:
+    """Nosings in the order in which they are seen, and the surfaces about each that would go on.
 
     Above the nosing the surface beneath it would go on: a wall, or a floor for stairs that descend. Beneath
-    the nosing of stairs that ascend, the tread would go on towards the camera: a floor. (2, num_steps) each,
-    above and beneath.
+    the nosing of stairs that ascend, the tread would go on towards the camera: a floor. As
+    ``kernels.count_continuations`` takes them.
     """
-    n = profile.num_steps
     s, z = np.maximum(profile.nosing_distances, MIN_FORWARD), profile.tread_heights
-    usable = usable & (rays.inverse_distance > 0)
-    slope, q, stairs = rays.slope[usable], rays.inverse_distance[usable], expected[usable]
     # Steps in the order in which their nosings are seen, those beside the camera left out.
     order = np.flatnonzero(profile.nosing_distances > MIN_FORWARD)[:: int(profile.direction)]
     nosing = np.maximum.accumulate(z[1:][order] / s[order])
-    place = np.searchsorted(nosing, slope)
-    last = len(order) - 1
-    above, beneath = order[(place - 1).clip(0, last)], order[place.clip(0, last)]
+    level = 1.0 / np.minimum(z[1:], -LEAST_DEPTH)
     if profile.run > 0:
-        is_above = (place > 0) & (slope < ((z[1:] + CONTINUED_HEIGHT * profile.rise) / s)[above])
-        going_on = 1.0 / s[above]
-        is_beneath = (place <= last) & (slope > (z[:-1] / s)[beneath]) & (z[1:][beneath] < 0)
+        above = np.array([(z[1:] + CONTINUED_HEIGHT * profile.rise) / s, 1.0 / s, np.zeros_like(s)])
+        beneath = np.array([np.where(z[1:] < 0, z[:-1] / s, np.inf), level])
     else:
         reach = s + CONTINUED_HEIGHT * abs(profile.run)
-        is_above = (place > 0) & (slope < (z[1:] / reach)[above])
-        going_on = slope / np.minimum(z[1:], -LEAST_DEPTH)[above]
-        is_beneath = np.zeros(len(slope), dtype=bool)
-    level = slope / np.minimum(z[1:], -LEAST_DEPTH)[beneath]
-    continued, ended = np.zeros((2, n), dtype=np.int64), np.zeros((2, n), dtype=np.int64)
-    for row, (step, inside, surface) in enumerate(
-        ((above, is_above, going_on), (beneath, is_beneath, level))
-    ):
-        # Only where the two can be told apart; what is nearer than both hides them.
-        differ = inside & (surface - stairs > MIN_DIFFERENCE * noise)
-        differ &= q < surface + np.minimum(SURFACE_TOLERANCE * surface**2 + NUM_SIGMA * noise, 0.5 * surface)
-        goes_on = q > 0.5 * (surface + stairs)
-        continued[row] = np.bincount(step[differ & goes_on], minlength=n)
-        ended[row] = np.bincount(step[differ & ~goes_on], minlength=n)
-    return continued, ended
+        above = np.array([z[1:] / reach, np.zeros_like(s), level])
+        beneath = np.array([np.full_like(s, np.inf), level])
+    return (np.ascontiguousarray(order), nosing), (above, beneath)
 
 
 def choose_steps(evidence: Evidence, found: tuple[int, int]) -> tuple[int, int] | None:
@@ -312,33 +282,20 @@ def compare_with_flat(
     profile = fitted.profile
     s, z = np.maximum(profile.nosing_distances, MIN_FORWARD), profile.tread_heights
     low, high = (z[0] / s[0], z[-1] / s[-1]) if profile.run > 0 else (z[-1] / s[-1], z[1] / s[0])
-    chosen = (rays.slope > low) & (rays.slope < high) & (rays.inverse_distance > 0)
-    if np.count_nonzero(chosen) < MIN_RAYS:
-        return 1.0
-    slope, q = rays.slope[chosen], rays.inverse_distance[chosen]
-    entry = predicted.entries(slope)
-    across = rays.bearing[chosen] / np.maximum(predicted.expected(slope, entry), 1e-6)
-    inside = (across > sides[0]) & (across < sides[1])
-    if np.count_nonzero(inside) < MIN_RAYS:
-        return 1.0
-    slope, q, entry = slope[inside], q[inside], entry[inside]
-    variance = fitted.noise**2 + (SURFACE_TOLERANCE / NUM_SIGMA * predicted.sensitivity[entry]) ** 2
-    # What lies behind an edge may be as far as it likes.
-    by_steps = (np.maximum(q, predicted.farthest[entry]) - predicted.expected(slope, entry)) ** 2
-    weight = 1.0 / variance
-    middle = slope - slope.mean()
-    for _ in range(FLAT_ROUNDS):
-        total, mean = weight.sum(), (weight @ q) / weight.sum()
-        center = (weight @ middle) / total
-        steepness = (weight @ ((middle - center) * (q - mean))) / max(weight @ (middle - center) ** 2, 1e-12)
-        by_flat = (q - mean - steepness * (middle - center)) ** 2
-        weight = 1.0 / (variance * (1.0 + by_flat / variance / NUM_SIGMA**2) ** 2)
-
-    def cost(squares: Float64Array) -> float:
-        ratio = squares / variance
-        return float(np.sum(ratio / (1.0 + ratio / NUM_SIGMA**2)))
-
-    return cost(by_steps) / max(cost(by_flat), 1e-9)
+    limits = LineLimits(
+        low=float(low),
+        high=float(high),
+        right=sides[0],
+        left=sides[1],
+        noise=fitted.noise,
+        surface_std=SURFACE_TOLERANCE / NUM_SIGMA,
+        tail=NUM_SIGMA,
+        num_rounds=FLAT_ROUNDS,
+        min_rays=MIN_RAYS,
+        least_expected=LEAST_EXPECTED,
+    )
+    num, by_steps, by_flat = compare_with_line(rays.arrays, predicted.table, limits)
+    return by_steps / max(by_flat, 1e-9) if num >= MIN_RAYS else 1.0
 
 
 def is_level_seen(rays: Rays, profile: StairProfile, *, is_top: bool) -> bool:

@@ -19,7 +19,7 @@ from stairmap.arrays import Float64Array, IntArray, Vector, readonly
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.profile import MIN_FORWARD, Optics, Prediction, StairProfile, outline_of, tabulate
 from stairmap.geometry import normalized
-from stairmap.kernels import sum_equations
+from stairmap.kernels import sum_equations, turn_rays
 from stairmap.kernels.equations import EquationLimits, RayArrays, RayView
 
 REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "ground", "slope")
@@ -136,13 +136,8 @@ class Rays:
 
         The new up is up + tilt·forward + roll·left, the new forward is forward - tilt·up + turn·left.
         """
-        ahead = 1.0 - tilt * self.slope + turn * self.bearing
-        return replace(
-            self,
-            slope=(self.slope + tilt + roll * self.bearing) / ahead,
-            bearing=(self.bearing - roll * self.slope - turn) / ahead,
-            inverse_distance=self.inverse_distance / ahead,
-        )
+        slope, bearing, q = turn_rays(self.arrays, tilt, roll, turn)
+        return replace(self, slope=slope, bearing=bearing, inverse_distance=q)
 
 
 def gather_rays(elevation: Elevation, strips: IntArray, row_step: int = 1) -> Rays:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from stairmap.kernels import (
     corners,
+    counts,
     equations,
     images,
     lattices,
@@ -15,17 +16,22 @@ from stairmap.kernels import (
     outlines,
     planes,
     predictions,
+    row_ends,
     sampling,
 )
 from stairmap.kernels.choice import VARIANT, chosen, describe_kernels
 
 __all__ = [
     "VARIANT",
+    "compare_with_line",
+    "count_continuations",
     "count_floor_cells",
+    "count_rays",
     "describe_kernels",
     "find_creases",
     "find_facing",
     "find_jumps",
+    "find_row_ends",
     "fit_window_planes",
     "label_close",
     "measure_jumps",
@@ -38,6 +44,7 @@ __all__ = [
     "sum_equations",
     "sum_normals",
     "trace_outline",
+    "turn_rays",
 ]
 
 reduce_depth = chosen(images.reduce_depth)
@@ -56,3 +63,8 @@ score_lattices = chosen(lattices.score_lattices)
 trace_outline = chosen(outlines.trace_outline)
 predict_rays = chosen(predictions.predict_rays)
 sum_equations = chosen(equations.sum_equations)
+turn_rays = chosen(counts.turn_rays)
+count_rays = chosen(counts.count_rays)
+count_continuations = chosen(counts.count_continuations)
+compare_with_line = chosen(counts.compare_with_line)
+find_row_ends = chosen(row_ends.find_row_ends)

@@ -59,6 +59,22 @@ nb::tuple find_facing(nb::handle normals, nb::handle points, nb::handle axes,
                       const std::tuple<double, int64_t, int64_t, int64_t, double, double, double, int64_t, int64_t>
                           &limits);
 
+nb::tuple find_row_ends(nb::handle cells, nb::tuple rays, nb::tuple table, nb::tuple steps,
+                        const std::tuple<double, double, double, double, int64_t, double, double, double, double,
+                                         double, int64_t, double> &limits);
+
+nb::tuple turn_rays(nb::tuple rays, double tilt, double roll, double turn);
+
+nb::tuple count_rays(nb::tuple rays, nb::tuple table, nb::tuple entries, int64_t num_steps,
+                     const std::tuple<double, int64_t, double> &limits);
+
+nb::object count_continuations(nb::tuple rays, nb::tuple seen, nb::tuple order, nb::tuple surfaces,
+                               const std::array<double, 5> &limits);
+
+nb::tuple compare_with_line(nb::tuple rays, nb::tuple table,
+                            const std::tuple<double, double, double, double, double, double, double, int64_t,
+                                             int64_t, double> &limits);
+
 // The median of values, which are put in another order; 0 without any.
 inline double median_of(std::vector<double> &values) {
     if (values.empty()) return 0.0;
