@@ -146,7 +146,9 @@ def _step_ends(
     ends, bounded = [float("nan")] * n, [False] * n
     rows_of_step: list[list[int]] = [[] for _ in range(n)]
     for row, index in enumerate(step):
-        rows_of_step[index].append(row)
+        # In the middle of a row that is turned the floor before the first step may be seen.
+        if index >= 0:
+            rows_of_step[index].append(row)
     for index, rows in enumerate(rows_of_step):
         own = [position[row] for row in rows if is_bounded[row]]
         num_cut = sum(is_cut[row] for row in rows)
