@@ -7,6 +7,7 @@ error: detectors return an empty, falsy ``Detection`` that carries its reasons.
 
 from __future__ import annotations
 
+import platform
 from enum import Enum
 
 
@@ -100,9 +101,18 @@ class MissingPackageError(StairmapError):
         Name of the stairmap extra that installs it.
     purpose
         What it is needed for, as the end of a sentence.
+    no_wheel_on
+        Processors (``platform.machine()``) for which nobody builds the package.
     """
 
-    def __init__(self, package: str, extra: str, purpose: str) -> None:
+    def __init__(self, package: str, extra: str, purpose: str, *, no_wheel_on: tuple[str, ...] = ()) -> None:
+        machine = platform.machine()
+        if machine in no_wheel_on:
+            super().__init__(
+                f"{purpose} needs the package {package}, which is not built for {machine}; do this on an "
+                "x86-64 machine and copy the result"
+            )
+            return
         super().__init__(
             f"{purpose} needs the package {package}, which is not installed; "
             f"run: pip install 'stairmap[{extra}]'"

@@ -250,7 +250,9 @@ def _library() -> Any:
     try:
         return importlib.import_module("pyrealsense2")
     except ModuleNotFoundError as error:
-        raise MissingPackageError("pyrealsense2", "realsense", "a RealSense camera") from error
+        raise MissingPackageError(
+            "pyrealsense2", "realsense", "a RealSense camera", no_wheel_on=("aarch64",)
+        ) from error
     except ImportError as error:
         raise RecordingError(
             f"pyrealsense2 is installed but cannot be loaded: {error}; "

@@ -211,7 +211,9 @@ def _make_embree_scene(corners: Points) -> Any:
         from embreex.mesh_construction import TriangleMesh as EmbreeMesh  # noqa: PLC0415
         from embreex.rtcore_scene import EmbreeScene  # noqa: PLC0415
     except ImportError as error:
-        raise MissingPackageError("embreex", "sim", "simulating a depth camera") from error
+        raise MissingPackageError(
+            "embreex", "sim", "simulating a depth camera", no_wheel_on=("aarch64",)
+        ) from error
     scene = EmbreeScene()
     EmbreeMesh(scene, np.ascontiguousarray(corners, dtype=np.float32))
     return scene
