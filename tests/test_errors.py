@@ -27,9 +27,9 @@ def test_a_missing_package_names_what_to_install() -> None:
 
 def test_package_that_is_not_built_for_a_processor_says_so_instead_of_what_to_install(monkeypatch):
     monkeypatch.setattr("platform.machine", lambda: "aarch64")
-    error = MissingPackageError("embreex", "sim", "simulating a camera", no_wheel_on=("aarch64",))
+    error = errors.MissingPackageError("embreex", "sim", "simulating a camera", no_wheel_on=("aarch64",))
     assert "not built for aarch64" in str(error) and "pip install" not in str(error)
     monkeypatch.setattr("platform.machine", lambda: "x86_64")
     assert "pip install 'stairmap[sim]'" in str(
-        MissingPackageError("embreex", "sim", "simulating a camera", no_wheel_on=("aarch64",))
+        errors.MissingPackageError("embreex", "sim", "simulating a camera", no_wheel_on=("aarch64",))
     )
