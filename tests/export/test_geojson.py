@@ -32,8 +32,11 @@ def earth_centred(degrees, height=0.0):
     )
 
 
-def features_of(*stairways):
-    collection = osm_from_stairways(stairways, find_floors(stairways), ANCHOR)
+HIGH = EarthAnchor(latitude=48.2, longitude=11.5, height=520.0)
+
+
+def features_of(*stairways, anchor=ANCHOR):
+    collection = osm_from_stairways(stairways, find_floors(stairways), anchor)
     return json.loads(json.dumps(collection))["features"]
 
 
@@ -47,7 +50,7 @@ def test_a_flight_is_highway_steps_with_its_measures():
 
 
 def test_the_way_leads_up():
-    for feature in features_of(make_half_turn()):
+    for feature in features_of(make_half_turn(), anchor=HIGH):
         heights = [point[2] for point in feature["geometry"]["coordinates"]]
         assert heights[1] > heights[0] or feature["properties"]["highway"] == "footway"
 
@@ -145,10 +148,17 @@ def test_a_way_begins_at_the_first_riser_and_ends_at_the_last_nosing_to_a_tenth_
     ways = [np.array(feature["geometry"]["coordinates"]) for feature in features_of(half_turn)]
     ends = [(0, 0), (8 * 0.28, 0), (8 * 0.28, 1.3), (0, 1.3), (8 * 0.28, 0), (8 * 0.28, 1.3)]
     assert ANCHOR.map_from_degrees(np.concatenate(ways)[:, :2]) == pytest.approx(np.array(ends), abs=2e-4)
-    heights = np.concatenate(ways)[:, 2]
+    high = [np.array(feature["geometry"]["coordinates"]) for feature in features_of(half_turn, anchor=HIGH)]
+    heights = np.concatenate(high)[:, 2] - 520.0
     assert heights == pytest.approx([0, 1.53, 1.53, 3.06, 1.53, 1.53], abs=1e-4)
 
 
-def test_heights_are_told_to_a_tenth_of_a_millimetre():
-    (feature,) = features_of(make_stairway(make_flight(base=(0, 0, 0.12345678))))
-    assert feature["geometry"]["coordinates"][0][2] == 0.1235
+def test_heights_are_those_above_the_ellipsoid_or_left_out():
+    """RFC 7946: the third coordinate is no height above some floor."""
+    stairway = make_stairway(make_flight(base=(0, 0, 0.12345678)))
+    (feature,) = features_of(stairway, anchor=HIGH)
+    assert feature["geometry"]["coordinates"][0][2] == 520.1235
+    (flat,) = features_of(stairway)
+    assert {len(point) for point in flat["geometry"]["coordinates"]} == {2}
+    with pytest.raises(ConfigError, match="WGS 84 ellipsoid"):
+        EarthAnchor(latitude=0, longitude=0, height=1e6)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stairmap.errors import MissingPackageError, OutputError
+from stairmap.export.geojson import EarthAnchor
 from stairmap.export.ifc import dump_ifc
 from stairmap.navigation.floors import FloorStack, find_floors
 from walkable_stairways import make_flight, make_half_turn, make_stairway, make_std
@@ -151,7 +152,8 @@ def test_a_flight_lies_as_its_surface_riser_by_riser(model):
 def test_a_flight_is_drawn_in_its_own_frame_at_its_base_and_heading(model):
     (flight,) = [item for item in model.by_type("IfcStairFlight") if item.Name.startswith("stairway 2")]
     placement = flight.ObjectPlacement.RelativePlacement
-    assert placement.Location.Coordinates == pytest.approx((2.0, 6.0, 3.06))
+    # Its storey stands at 3.06 m.
+    assert placement.Location.Coordinates == pytest.approx((2.0, 6.0, 0.0))
     assert placement.Axis.DirectionRatios == (0.0, 0.0, 1.0)
     assert placement.RefDirection.DirectionRatios == pytest.approx((np.cos(0.7), np.sin(0.7), 0.0))
     points = np.array(flight.Representation.Representations[0].Items[0].Coordinates.CoordList)
@@ -161,7 +163,7 @@ def test_a_flight_is_drawn_in_its_own_frame_at_its_base_and_heading(model):
 
 
 def test_everything_else_stands_at_the_origin_unturned(model):
-    for kind in ("IfcSite", "IfcBuilding", "IfcBuildingStorey", "IfcStair", "IfcSlab"):
+    for kind in ("IfcSite", "IfcBuilding", "IfcStair", "IfcSlab"):
         for product in model.by_type(kind):
             placement = product.ObjectPlacement.RelativePlacement
             assert placement.Location.Coordinates == (0.0, 0.0, 0.0)
@@ -210,3 +212,60 @@ def test_without_a_floor_there_is_a_building_without_storeys(tmp_path):
     model = ifcopenshell.open(str(tmp_path / "a.ifc"))
     assert len(model.by_type("IfcBuilding")) == 1
     assert not model.by_type("IfcBuildingStorey")
+
+
+def test_storeys_are_placed_at_their_heights(model):
+    for storey in model.by_type("IfcBuildingStorey"):
+        x, y, z = storey.ObjectPlacement.RelativePlacement.Location.Coordinates
+        assert (x, y) == (0.0, 0.0)
+        assert z == pytest.approx(storey.Elevation)
+    heights = sorted(storey.Elevation for storey in model.by_type("IfcBuildingStorey"))
+    assert heights == pytest.approx([0, 3.06, 6.12])
+
+
+def test_a_stair_names_the_storeys_that_it_joins(model):
+    from ifcopenshell.util import element  # noqa: PLC0415
+
+    for stair, (lower, upper) in zip(model.by_type("IfcStair"), ((0, 1), (1, 2)), strict=True):
+        assert stair.Description == f"from floor {lower} to floor {upper}"
+        assert element.get_container(stair).Name == f"floor {lower}"
+        (reference,) = [
+            relation for relation in model.by_type("IfcRelReferencedInSpatialStructure")
+            if stair in relation.RelatedElements
+        ]  # fmt: skip
+        assert reference.RelatingStructure.Name == f"floor {upper}"
+
+
+def ids_of(path):
+    return {item.GlobalId for item in ifcopenshell.open(str(path)).by_type("IfcRoot")}
+
+
+def test_other_buildings_have_other_ids_and_the_same_one_has_the_same(path, tmp_path):
+    """Two buildings in one viewer overwrote each other: all had the ids of 'stairway 1'."""
+    other = (make_half_turn(height=3.2), SECOND)
+    dump_ifc(other, find_floors(other), tmp_path / "other.ifc")
+    dump_ifc(STAIRWAYS, find_floors(STAIRWAYS), tmp_path / "again.ifc")
+    assert not ids_of(path) & ids_of(tmp_path / "other.ifc")
+    assert ids_of(path) == ids_of(tmp_path / "again.ifc")
+
+
+def test_an_anchor_is_written_as_a_map_conversion(tmp_path):
+    import ifcopenshell.validate  # noqa: PLC0415
+
+    anchor = EarthAnchor(latitude=48.2628, longitude=11.6681, bearing=90.0, height=520.0)
+    dump_ifc(STAIRWAYS, find_floors(STAIRWAYS), tmp_path / "a.ifc", anchor=anchor)
+    model = ifcopenshell.open(str(tmp_path / "a.ifc"))
+    (conversion,) = model.by_type("IfcMapConversion")
+    assert conversion.TargetCRS.Name == "EPSG:32632"
+    # As PROJ has it.
+    assert conversion.Eastings == pytest.approx(698007.2777, abs=0.001)
+    assert conversion.Northings == pytest.approx(5348951.4485, abs=0.001)
+    assert conversion.OrthogonalHeight == 520.0
+    # East lies 2 degrees off the grid's east here.
+    turn = np.degrees(np.arctan2(conversion.XAxisOrdinate, conversion.XAxisAbscissa))
+    assert turn == pytest.approx(1.9916, abs=0.001)
+    (site,) = model.by_type("IfcSite")
+    assert site.RefLatitude == (48, 15, 46, 80000)
+    logger = ifcopenshell.validate.json_logger()
+    ifcopenshell.validate.validate(model, logger, express_rules=False)
+    assert logger.statements == []

@@ -17,6 +17,7 @@ from stairmap.export.ifc import dump_ifc
 from stairmap.export.loading import ResultsError, load_stairways
 from stairmap.export.mesh import dump_obj, dump_ply
 from stairmap.export.nav2 import (
+    RMF_GRAPH_FILE,
     ROUTE_GRAPH_FILE,
     dump_json,
     dump_keepout_masks,
@@ -24,6 +25,8 @@ from stairmap.export.nav2 import (
     nav2_from_route_graph,
     remove_navigation_files,
 )
+from stairmap.export.rmf import dump_rmf, rmf_from_route_graph
+from stairmap.export.spot import dump_spot
 from stairmap.navigation.footprints import block_stairs
 from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.portals import ANY_ROBOT, make_portals
@@ -33,9 +36,9 @@ from stairmap.output_files import check_new_file, output_error
 
 FILES = {
     "nav2-graph": ROUTE_GRAPH_FILE, "osm": "stairways_osm.geojson", "ifc": "stairways.ifc",
-    "ply": "stairways.ply", "obj": "stairways.obj",
+    "ply": "stairways.ply", "obj": "stairways.obj", "rmf": RMF_GRAPH_FILE,
 }  # fmt: skip
-"""File that each format writes; keep-out masks are one a floor."""
+"""File that each format writes; keep-out masks are one a floor, Spot's staircases one a flight."""
 
 
 def export_stairways(request: ExportRequest) -> int:
@@ -56,7 +59,8 @@ def export_stairways(request: ExportRequest) -> int:
             "GeoJSON needs the place on earth; pass --anchor LAT,LON[,BEARING] of the map's origin"
         )
     anchor = None if request.anchor is None else EarthAnchor(
-        latitude=request.anchor[0], longitude=request.anchor[1], bearing=request.anchor[2]
+        latitude=request.anchor[0], longitude=request.anchor[1], bearing=request.anchor[2],
+        height=request.anchor[3],
     )  # fmt: skip
     results = load_stairways(request.run)
     if not results.stairways and not (results.drops and set(request.formats) == {"keepout"}):
@@ -128,6 +132,8 @@ def _export(name: str, task: _Task) -> tuple[Path, ...]:
         if not paths:
             typer.echo("no keep-out mask: the robot can climb every stairway, and no drop was seen", err=True)
         return paths
+    if name == "spot":
+        return dump_spot(stairways, task.folder, frame_id=task.building.frame_id)
     path = task.folder / FILES[name]
     check_new_file(path, option="-f " + name + ":")
     if name == "nav2-graph":
@@ -138,7 +144,11 @@ def _export(name: str, task: _Task) -> tuple[Path, ...]:
     elif name == "osm" and task.anchor is not None:
         dump_json(osm_from_stairways(stairways, floors, task.anchor), path)
     elif name == "ifc":
-        dump_ifc(stairways, floors, path)
+        dump_ifc(stairways, floors, path, anchor=task.anchor)
+    elif name == "rmf":
+        profile = ANY_ROBOT if task.robot is None else task.robot
+        values = rmf_from_route_graph(_route_graph(task), profile, building_name=task.building.frame_id)
+        dump_rmf(values, path)
     elif name == "ply":
         dump_ply(stairways, path)
     else:

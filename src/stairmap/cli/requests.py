@@ -182,7 +182,7 @@ class CheckRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportRequest:
-    """What ``stairmap export`` was asked for; ``anchor`` is latitude, longitude, bearing, deg.
+    """What ``stairmap export`` was asked for; ``anchor`` is latitude, longitude, bearing, deg, and height, m.
 
     ``maps`` are levels and files; without them and ``recording``, the run says where its recording is.
     """
@@ -191,7 +191,7 @@ class ExportRequest:
     formats: tuple[str, ...]
     output: Path
     robot: str | None
-    anchor: tuple[float, float, float] | None
+    anchor: tuple[float, float, float, float | None] | None
     recording: Path | None = None
     maps: tuple[tuple[int, Path], ...] = ()
 

@@ -1,6 +1,7 @@
 """Stairways as GeoJSON with OpenStreetMap's tags: a way up for each flight, and one over each landing.
 
-GeoJSON knows only longitude and latitude (RFC 7946), so a map needs an anchor on the earth.
+GeoJSON knows only longitude and latitude (RFC 7946), so a map needs an anchor on the earth. Its third
+coordinate is the height above the WGS 84 ellipsoid: it is there only where the anchor knows that.
 """
 
 from __future__ import annotations
@@ -25,6 +26,10 @@ _ECCENTRICITY_SQUARED = 6.69437999014e-3
 """WGS 84."""
 
 
+MAX_HEIGHT = 20_000.0
+"""Farthest that a map lies above or below the ellipsoid, m."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EarthAnchor:
     """Where the origin of a map lies on the earth.
@@ -35,22 +40,31 @@ class EarthAnchor:
         Of the map's origin, WGS 84, deg.
     bearing
         Where the map's x axis points: deg from north, clockwise; 90 is east.
+    height
+        Height of the map's z = 0 above the WGS 84 ellipsoid, m; ``None`` where not known.
 
     Raises
     ------
     ConfigError
-        If the latitude is not between -89 and 89 or the longitude not between -180 and 180.
+        If the latitude is not between -89 and 89 or the longitude not between -180 and 180, or the height is
+        farther than 20 km from the ellipsoid.
     """
 
     latitude: float
     longitude: float
     bearing: float = 90.0
+    height: float | None = None
 
     def __post_init__(self) -> None:
         if not abs(self.latitude) <= 89 or not abs(self.longitude) <= 180 or not math.isfinite(self.bearing):
             raise ConfigError(
                 f"an anchor needs a latitude of -89 to 89 and a longitude of -180 to 180 deg, "
                 f"got {self.latitude:g}, {self.longitude:g}"
+            )
+        if self.height is not None and not abs(self.height) <= MAX_HEIGHT:
+            raise ConfigError(
+                f"an anchor's height is that above the WGS 84 ellipsoid, at most {MAX_HEIGHT:g} m, "
+                f"got {self.height:g}"
             )
 
     def degrees_from_map(self, points: ArrayLike) -> Float64Array:
@@ -107,9 +121,10 @@ def osm_from_stairways(
 
 
 def _feature(anchor: EarthAnchor, points: Float64Array, tags: Mapping[str, str]) -> dict[str, Any]:
-    # 1e-9 deg are 0.1 mm; the third coordinate is the map's height.
-    degrees = np.round(anchor.degrees_from_map(points), 9)
-    coordinates = np.column_stack([degrees, np.round(points[:, 2], 4)])
+    # 1e-9 deg are 0.1 mm.
+    coordinates = np.round(anchor.degrees_from_map(points), 9)
+    if anchor.height is not None:
+        coordinates = np.column_stack([coordinates, np.round(anchor.height + points[:, 2], 4)])
     return {
         "type": "Feature",
         "properties": dict(tags),

@@ -5,6 +5,7 @@ Needs ifcopenshell (extra ``ifc``), which no other module imports.
 
 from __future__ import annotations
 
+import json
 import math
 import uuid
 from collections.abc import Sequence
@@ -15,6 +16,8 @@ import numpy as np
 
 from stairmap.arrays import IntArray, Points
 from stairmap.errors import MissingPackageError
+from stairmap.export.geojson import EarthAnchor
+from stairmap.export.map_projection import utm_from_degrees
 from stairmap.navigation.floors import FloorStack
 from stairmap.navigation.footprints import Rectangle
 from stairmap.output_files import write_whole_text
@@ -22,16 +25,30 @@ from stairmap.stairway import Flight, Landing, Stairway, rounded
 from stairmap.transforms import invert_transform, transform_points
 
 _NAMESPACE = uuid.UUID("6f1d6f0c-5f0e-4d43-9d0e-9d3b6381a001")
-"""Global ids are made from names in it, so that the same stairways give the same file."""
+"""Global ids are made from names in a space that follows from the stairways in this one."""
 
 
-def dump_ifc(stairways: Sequence[Stairway], floors: FloorStack, path: Path) -> None:
+def dump_ifc(
+    stairways: Sequence[Stairway], floors: FloorStack, path: Path, *, anchor: EarthAnchor | None = None
+) -> None:
     """Write stairways to an IFC 4 file (STEP).
 
-    A storey for each floor; an ``IfcStair`` in the storey of its lower end, made of ``IfcStairFlight`` with
-    NumberOfRisers, NumberOfTreads, RiserHeight, TreadLength and the clean surface as triangles, and of
-    ``IfcSlab`` for landings. Standard deviations stand in the property set ``Stairmap_Measured``. Lengths
-    are m.
+    A storey for each floor, placed at its height; an ``IfcStair`` in the storey of its lower end, which names
+    both and is referenced by the upper one, made of ``IfcStairFlight`` with NumberOfRisers, NumberOfTreads,
+    RiserHeight, TreadLength and the clean surface as triangles, and of ``IfcSlab`` for landings. Standard
+    deviations stand in the property set ``Stairmap_Measured``. Lengths are m.
+
+    Global ids follow from what is written: the same stairways have the same ones in every export, other
+    buildings have others.
+
+    Parameters
+    ----------
+    stairways, floors
+        What there is.
+    path
+        The file.
+    anchor
+        Where the map lies on the earth: written as ``IfcMapConversion`` to the UTM zone of the place.
 
     Raises
     ------
@@ -45,16 +62,17 @@ def dump_ifc(stairways: Sequence[Stairway], floors: FloorStack, path: Path) -> N
         import ifcopenshell.guid  # noqa: PLC0415
     except ImportError as error:
         raise MissingPackageError("ifcopenshell", "ifc", "writing IFC") from error
-    writer = _IfcWriter(ifcopenshell.file(schema="IFC4"), ifcopenshell.guid)
-    writer.write(stairways, floors)
+    namespace = uuid.uuid5(_NAMESPACE, json.dumps([stairway.to_dict() for stairway in stairways]))
+    writer = _IfcWriter(ifcopenshell.file(schema="IFC4"), ifcopenshell.guid, namespace)
+    writer.write(stairways, floors, anchor)
     # The time in the header would make two equal runs differ.
     writer.file.header.file_name.time_stamp = "1970-01-01T00:00:00"
     write_whole_text(path, writer.file.to_string())
 
 
 class _IfcWriter:
-    def __init__(self, file: Any, guid: Any) -> None:
-        self.file, self._guid = file, guid
+    def __init__(self, file: Any, guid: Any, namespace: uuid.UUID) -> None:
+        self.file, self._guid, self._namespace = file, guid, namespace
         self._make = file.create_entity
         origin = self._placement3d((0.0, 0.0, 0.0))
         self._context = self._make(
@@ -65,7 +83,9 @@ class _IfcWriter:
             WorldCoordinateSystem=origin,
         )
 
-    def write(self, stairways: Sequence[Stairway], floors: FloorStack) -> None:
+    def write(
+        self, stairways: Sequence[Stairway], floors: FloorStack, anchor: EarthAnchor | None = None
+    ) -> None:
         units = self._make(
             "IfcUnitAssignment",
             Units=[
@@ -77,6 +97,8 @@ class _IfcWriter:
             "IfcProject", "project", RepresentationContexts=[self._context], UnitsInContext=units
         )
         site = self._root("IfcSite", "site", ObjectPlacement=self._local(None))
+        if anchor is not None:
+            self._anchor(site, anchor)
         building = self._root("IfcBuilding", "building", ObjectPlacement=self._local(site.ObjectPlacement))
         self._aggregate(project, [site])
         self._aggregate(site, [building])
@@ -86,13 +108,21 @@ class _IfcWriter:
                 "IfcBuildingStorey",
                 f"floor {floor.level}",
                 Elevation=rounded(floor.height),
-                ObjectPlacement=self._local(building.ObjectPlacement),
+                ObjectPlacement=self._local(building.ObjectPlacement, (0.0, 0.0, floor.height)),
             )
         if storeys:
             self._aggregate(building, list(storeys.values()))
         for stairway in stairways:
-            storey = storeys[floors.levels[stairway.id][0]]
-            stair = self._stair(stairway, storey.ObjectPlacement)
+            lower, upper = (floors.floor(level) for level in floors.levels[stairway.id])
+            storey = storeys[lower.level]
+            stair = self._stair(stairway, storey.ObjectPlacement, lower.height)
+            stair.Description = f"from floor {lower.level} to floor {upper.level}"
+            self._root(
+                "IfcRelReferencedInSpatialStructure",
+                f"stairway {stairway.id} at its upper storey",
+                RelatedElements=[stair],
+                RelatingStructure=storeys[upper.level],
+            )
             self._root(
                 "IfcRelContainedInSpatialStructure",
                 f"stairway {stairway.id} in its storey",
@@ -100,27 +130,54 @@ class _IfcWriter:
                 RelatingStructure=storey,
             )
 
-    def _stair(self, stairway: Stairway, storey_placement: Any) -> Any:
+    def _anchor(self, site: Any, anchor: EarthAnchor) -> None:
+        """Say where the map lies on the earth: roughly in the site, exactly on a projected grid."""
+        site.RefLatitude = _degrees_minutes_seconds(anchor.latitude)
+        site.RefLongitude = _degrees_minutes_seconds(anchor.longitude)
+        if anchor.height is not None:
+            site.RefElevation = rounded(anchor.height)
+        place = utm_from_degrees(anchor.latitude, anchor.longitude)
+        # The x axis' bearing from the grid's north, as an angle from its east.
+        angle = math.radians(90.0 - anchor.bearing) + place.convergence
+        self._make(
+            "IfcMapConversion",
+            SourceCRS=self._context,
+            TargetCRS=self._make(
+                "IfcProjectedCRS",
+                Name=f"EPSG:{place.epsg}",
+                GeodeticDatum="WGS84",
+                MapProjection="UTM",
+                MapZone=f"{place.epsg % 100}{'N' if anchor.latitude >= 0 else 'S'}",
+            ),
+            Eastings=rounded(place.easting),
+            Northings=rounded(place.northing),
+            OrthogonalHeight=rounded(anchor.height or 0.0),
+            XAxisAbscissa=math.cos(angle),
+            XAxisOrdinate=math.sin(angle),
+            Scale=1.0,
+        )
+
+    def _stair(self, stairway: Stairway, storey_placement: Any, height: float) -> Any:
         name = f"stairway {stairway.id}"
         stair = self._root("IfcStair", name, ObjectPlacement=self._local(storey_placement))
         parts = [
-            self._flight(flight, f"{name}, flight {number}", stair.ObjectPlacement)
+            self._flight(flight, f"{name}, flight {number}", stair.ObjectPlacement, height)
             for number, flight in enumerate(stairway.flights, start=1)
         ]
         parts += [
-            self._landing(landing, f"{name}, landing {number}", stair.ObjectPlacement)
+            self._landing(landing, f"{name}, landing {number}", stair.ObjectPlacement, height)
             for number, landing in enumerate(stairway.landings, start=1)
         ]
         self._aggregate(stair, parts)
         return stair
 
-    def _flight(self, flight: Flight, name: str, parent: Any) -> Any:
+    def _flight(self, flight: Flight, name: str, parent: Any, height: float) -> Any:
         vertices, triangles = flight.surface()
         local = transform_points(invert_transform(flight.map_from_flight), vertices)
         product = self._root(
             "IfcStairFlight",
             name,
-            ObjectPlacement=self._local(parent, flight.base, flight.heading),
+            ObjectPlacement=self._local(parent, flight.base - np.array([0.0, 0.0, height]), flight.heading),
             Representation=self._mesh(local, triangles),
             NumberOfRisers=flight.num_risers,
             NumberOfTreads=max(flight.num_risers - 1, 0),
@@ -152,12 +209,12 @@ class _IfcWriter:
         )
         return product
 
-    def _landing(self, landing: Landing, name: str, parent: Any) -> Any:
+    def _landing(self, landing: Landing, name: str, parent: Any, height: float) -> Any:
         x, y, z = landing.center
         corners = Rectangle(
             center=(x, y), heading=landing.heading, length=landing.size[0], width=landing.size[1]
         ).corners()
-        vertices = np.column_stack([corners, np.full(len(corners), z)])
+        vertices = np.column_stack([corners, np.full(len(corners), z - height)])
         triangles = np.array([[0, 1, 2], [0, 2, 3]])
         return self._root(
             "IfcSlab",
@@ -204,5 +261,15 @@ class _IfcWriter:
         self._root("IfcRelAggregates", f"parts of {whole.Name}", RelatingObject=whole, RelatedObjects=parts)
 
     def _root(self, kind: str, name: str, *, key: str | None = None, **attributes: Any) -> Any:
-        identity = uuid.uuid5(_NAMESPACE, f"{kind} {key or name}")
+        identity = uuid.uuid5(self._namespace, f"{kind} {key or name}")
         return self._make(kind, GlobalId=self._guid.compress(identity.hex), Name=name, **attributes)
+
+
+def _degrees_minutes_seconds(degrees: float) -> tuple[int, int, int, int]:
+    """An angle as IFC has it: degrees, minutes, seconds and millionths of a second, all of one sign."""
+    total = round(abs(degrees) * 3_600_000_000)
+    sign = 1 if degrees >= 0 else -1
+    seconds, millionths = divmod(total, 1_000_000)
+    minutes, second = divmod(seconds, 60)
+    degree, minute = divmod(minutes, 60)
+    return sign * degree, sign * minute, sign * second, sign * millionths

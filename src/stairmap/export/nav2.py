@@ -25,7 +25,7 @@ from stairmap.navigation.route_graph import RouteEdge, RouteGraph, RouteNode
 from stairmap.output_files import output_error, write_whole_text
 from stairmap.stairway import Stairway, rounded
 
-ROUTE_GRAPH_FILE = "route_graph.geojson"
+ROUTE_GRAPH_FILE, RMF_GRAPH_FILE = "route_graph.geojson", "rmf_graph.yaml"
 _MASK_NAME = "keepout_floor_"
 
 
@@ -132,14 +132,18 @@ def remove_navigation_files(folder: Path, name: str) -> None:
     folder
         Where exports are written.
     name
-        ``keepout`` or ``nav2-graph``; for others, nothing is removed.
+        ``keepout``, ``nav2-graph`` or ``rmf``; for others, nothing is removed.
 
     Raises
     ------
     OutputError
         If a file cannot be removed.
     """
-    patterns = {"keepout": (f"{_MASK_NAME}*.yaml", f"{_MASK_NAME}*.pgm"), "nav2-graph": (ROUTE_GRAPH_FILE,)}
+    patterns = {
+        "keepout": (f"{_MASK_NAME}*.yaml", f"{_MASK_NAME}*.pgm"),
+        "nav2-graph": (ROUTE_GRAPH_FILE,),
+        "rmf": (RMF_GRAPH_FILE,),
+    }
     try:
         for pattern in patterns.get(name, ()):
             for path in sorted(folder.glob(pattern)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -21,6 +22,8 @@ class Format(str, Enum):
     keepout = "keepout"
     osm = "osm"
     ifc = "ifc"
+    spot = "spot"
+    rmf = "rmf"
     ply = "ply"
     obj = "obj"
 
@@ -34,7 +37,7 @@ def export(
             "--format",
             "-f",
             metavar="NAME",
-            help="nav2-graph, keepout, osm, ifc, ply or obj; may be repeated.",
+            help="nav2-graph, rmf, keepout, spot, osm, ifc, ply or obj; may be repeated.",
             show_default=False,
         ),
     ],
@@ -61,8 +64,8 @@ def export(
         str | None,
         typer.Option(
             "--anchor",
-            metavar="LAT,LON[,BEARING]",
-            help="osm: where the map's origin lies and its x axis points (default 90: east), deg.",
+            metavar="LAT,LON[,BEARING[,HEIGHT]]",
+            help="osm, ifc: map's origin, bearing of its x axis (default 90: east), deg; ellipsoid height, m.",
             show_default=False,
         ),
     ] = None,
@@ -119,11 +122,14 @@ def _default_output(run: Path) -> Path:
         number += 1
 
 
-def _parse_anchor(text: str) -> tuple[float, float, float]:
+def _parse_anchor(text: str) -> tuple[float, float, float, float | None]:
+    expected = f"--anchor: expected LAT,LON, LAT,LON,BEARING or LAT,LON,BEARING,HEIGHT, got {text!r}"
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError as error:
-        raise typer.BadParameter(f"--anchor: expected LAT,LON or LAT,LON,BEARING, got {text!r}") from error
-    if len(values) not in (2, 3) or not all(abs(value) <= _MAX_ANGLE_DEG for value in values):
-        raise typer.BadParameter(f"--anchor: expected LAT,LON or LAT,LON,BEARING, got {text!r}")
-    return values[0], values[1], values[2] if len(values) == 3 else 90.0
+        raise typer.BadParameter(expected) from error
+    is_number = all(abs(value) <= _MAX_ANGLE_DEG for value in values[:3])
+    if len(values) not in (2, 3, 4) or not is_number or not all(map(math.isfinite, values)):
+        raise typer.BadParameter(expected)
+    bearing = values[2] if len(values) > 2 else 90.0
+    return values[0], values[1], bearing, values[3] if len(values) > 3 else None

@@ -1,0 +1,107 @@
+"""The navigation graph of Open-RMF, read back by the rules of rmf_fleet_adapter's parse_graph.cpp."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+import yaml
+
+from stairmap.errors import OutputError
+from stairmap.export.rmf import dump_rmf, rmf_from_route_graph
+from stairmap.navigation.floors import find_floors
+from stairmap.navigation.portals import make_portals
+from stairmap.navigation.robot_profile import load_robot
+from stairmap.navigation.route_graph import make_route_graph
+from walkable_stairways import make_flight, make_half_turn, make_stairway
+
+STAIRWAYS = (
+    make_half_turn(height=3.0),
+    make_stairway(make_flight(base=(0, 6, 3.0), num_risers=17), stairway_id=2),
+)
+
+
+def parse_graph(path):
+    """Return waypoints (level, x, y, name, lift) and lanes (from, to), as parse_graph makes them; raise as it."""
+    config = yaml.safe_load(path.read_text())
+    lifts = config["lifts"]
+    for lift in lifts.values():
+        assert len(lift["position"]) == 3 and len(lift["dims"]) == 2
+    waypoints, lanes, names, of_lift = [], [], set(), {}
+    for level, content in config["levels"].items():
+        first = len(waypoints)
+        for x, y, options in content["vertices"]:
+            name, lift = options.get("name", ""), options.get("lift", "")
+            assert not name or name not in names, "duplicated waypoint name"
+            names.add(name)
+            if lift:
+                assert lift in lifts, "lift properties were not provided"
+                of_lift.setdefault(lift, []).append(len(waypoints))
+            waypoints.append((level, float(x), float(y), name, lift))
+        for start, end, options in content["lanes"]:
+            assert 0 <= start < len(content["vertices"]) and 0 <= end < len(content["vertices"])
+            assert isinstance(options["speed_limit"], float)
+            begin_lift, end_lift = waypoints[first + start][4], waypoints[first + end][4]
+            assert not (begin_lift and end_lift) or begin_lift == end_lift
+            lanes.append((first + start, first + end))
+    for points in of_lift.values():
+        for first, second in pairwise(points):
+            lanes += [(first, second), (second, first)]
+            distance = math.dist(waypoints[first][1:3], waypoints[second][1:3])
+            assert distance <= 0.1, "bad vertical alignment for the waypoints in lift"
+    return waypoints, lanes
+
+
+def write(tmp_path, robot="spot", stairways=STAIRWAYS, **changes):
+    profile = replace(load_robot(robot), **changes)
+    portals = make_portals(stairways, find_floors(stairways), profile)
+    graph = make_route_graph(portals, profile, {})
+    dump_rmf(rmf_from_route_graph(graph, profile, building_name="house"), tmp_path / "graph.yaml")
+    return parse_graph(tmp_path / "graph.yaml")
+
+
+def reachable(lanes, start):
+    reached, queue = set(), [start]
+    while queue:
+        number = queue.pop()
+        if number not in reached:
+            reached.add(number)
+            queue += [end for begin, end in lanes if begin == number]
+    return reached
+
+
+def named(waypoints, name):
+    return next(number for number, waypoint in enumerate(waypoints) if waypoint[3] == name)
+
+
+def test_lanes_lead_from_level_to_level_and_back(tmp_path):
+    waypoints, lanes = write(tmp_path)
+    for stairway in (1, 2):
+        low, high = (named(waypoints, f"stairway_{stairway}_{end}") for end in ("lower", "upper"))
+        assert waypoints[low][0] != waypoints[high][0]
+        assert high in reachable(lanes, low)
+        assert low in reachable(lanes, high)
+
+
+def test_the_level_changes_halfway_over_the_stairs_and_lanes_follow_the_way(tmp_path):
+    waypoints, _ = write(tmp_path, stairways=STAIRWAYS[:1])
+    cabins = [waypoint for waypoint in waypoints if waypoint[4]]
+    assert [cabin[0] for cabin in cabins] == ["floor_0", "floor_1"]
+    assert cabins[0][1:3] == pytest.approx((8 * 0.28 + 0.6, 0.65))
+    places = {(round(x, 2), round(y, 2)) for _, x, y, _, _ in waypoints}
+    assert {(0.0, 0.0), (2.24, 0.0), (2.84, 0.0), (2.84, 1.3), (2.24, 1.3), (0.0, 1.3)} <= places
+
+
+@pytest.mark.parametrize("direction", ["up", "down"])
+def test_stairs_of_one_direction_are_lanes_of_one_direction(tmp_path, direction):
+    waypoints, lanes = write(tmp_path, stairways=STAIRWAYS[:1], stair_directions=direction)
+    low, high = named(waypoints, "stairway_1_lower"), named(waypoints, "stairway_1_upper")
+    assert (high in reachable(lanes, low)) is (direction == "up")
+    assert (low in reachable(lanes, high)) is (direction == "down")
+
+
+def test_a_robot_that_climbs_nothing_has_no_graph(tmp_path):
+    with pytest.raises(OutputError, match="none of 2 stairways can be used by wheeled robot"):
+        write(tmp_path, robot="wheeled")

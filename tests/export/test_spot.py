@@ -1,0 +1,113 @@
+"""Spot's staircases, read back with bosdyn-api."""
+
+from __future__ import annotations
+
+import builtins
+
+import numpy as np
+import pytest
+
+from stairmap.errors import MissingPackageError, OutputError
+from stairmap.export.spot import dump_spot
+from stairmap.stairway import Landing
+from stairmap.transforms import rotation_from_quat
+from walkable_stairways import make_flight, make_half_turn, make_stairway
+
+stairs_pb2 = pytest.importorskip("bosdyn.api.stairs_pb2", reason="needs the extra spot")
+
+
+def read(path):
+    message = stairs_pb2.StaircaseWithLandings()
+    message.ParseFromString(path.read_bytes())
+    return message
+
+
+def vector(message):
+    return [message.x, message.y, message.z]
+
+
+def map_from_stairs(message):
+    """(3, 3) rotation and (3,) origin of a staircase in the map."""
+    pose = message.staircase.stair_tform.frame_tform_stairs
+    rotation = pose.rotation
+    return rotation_from_quat([rotation.x, rotation.y, rotation.z, rotation.w]), np.array(
+        vector(pose.position)
+    )
+
+
+def test_a_flight_is_a_staircase_at_its_place_with_its_steps(tmp_path):
+    flight = make_flight(base=(2.0, 6.0, 3.0), heading=0.7, num_risers=12, left_bounded=False)
+    (path,) = dump_spot([make_stairway(flight, stairway_id=4)], tmp_path, frame_id="odom")
+    assert path.name == "spot_stairway_4_flight_1.pb"
+    staircase = read(path).staircase
+    assert staircase.stair_tform.frame_name == "odom"
+    assert staircase.knowledge_type == stairs_pb2.Staircase.KNOWLEDGE_TYPE_MAPPED
+    assert (staircase.average_rise, staircase.average_run) == pytest.approx((0.17, 0.28))
+    assert staircase.average_width.width == pytest.approx(1.2)
+    assert staircase.average_width.bounded_width == stairs_pb2.Staircase.Width.BOUNDED_WIDTH_EAST
+    assert len(staircase.steps) == staircase.number_of_steps == 12
+    rotation, origin = map_from_stairs(read(path))
+    assert origin == pytest.approx([2.0, 6.0, 3.0])
+    edges = np.array([vector(step.point) for step in staircase.steps]) @ rotation.T + origin
+    assert edges == pytest.approx(flight.edges().mean(axis=1), abs=1e-9)
+    assert all((step.north.x, step.north.y) == (1.0, 0.0) for step in staircase.steps)
+
+
+def test_free_ground_before_and_behind_a_flight_is_its_landing(tmp_path):
+    (path,) = dump_spot([make_stairway(make_flight())], tmp_path)
+    message = read(path)
+    assert vector(message.bottom_landing.stairs_tform_landing_center.position) == pytest.approx([-0.5, 0, 0])
+    top = vector(message.top_landing.stairs_tform_landing_center.position)
+    assert top == pytest.approx([9 * 0.28 + 0.5, 0, 1.7])
+    assert (message.top_landing.landing_extent_x, message.top_landing.landing_extent_y) == pytest.approx(
+        (0.5, 0.6)
+    )
+
+
+def test_the_landing_between_two_flights_belongs_to_both(tmp_path):
+    paths = dump_spot([make_half_turn()], tmp_path)
+    lower, upper = (read(path) for path in paths)
+    centers = []
+    for message, landing in ((lower, lower.top_landing), (upper, upper.bottom_landing)):
+        rotation, origin = map_from_stairs(message)
+        centers.append(rotation @ vector(landing.stairs_tform_landing_center.position) + origin)
+        assert (landing.landing_extent_x, landing.landing_extent_y) == pytest.approx((0.6, 1.25))
+    assert centers[0] == pytest.approx(centers[1], abs=1e-9)
+    assert centers[0] == pytest.approx(make_half_turn().landings[0].center, abs=1e-9)
+
+
+def test_a_landing_that_is_turned_keeps_its_heading(tmp_path):
+    flights = (make_flight(), make_flight(base=(4.0, 0.0, 1.7)))
+    landing = Landing(center=[3.0, 0.0, 1.7], size=(1.5, 1.0), heading=0.4)
+    first, _ = dump_spot([make_stairway(*flights, landings=(landing,))], tmp_path)
+    rotation = read(first).top_landing.stairs_tform_landing_center.rotation
+    turned = rotation_from_quat([rotation.x, rotation.y, rotation.z, rotation.w])
+    assert np.arctan2(turned[1, 0], turned[0, 0]) == pytest.approx(0.4)
+
+
+def test_ids_differ_between_stairs_and_stay_between_exports(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+    first = [read(path).staircase.id for path in dump_spot([make_half_turn()], tmp_path / "a")]
+    again = [read(path).staircase.id for path in dump_spot([make_half_turn()], tmp_path / "b")]
+    assert first == again
+    assert len(set(first)) == 2
+
+
+def test_a_file_that_is_there_is_not_replaced(tmp_path):
+    dump_spot([make_stairway()], tmp_path)
+    with pytest.raises(OutputError, match="is there already"):
+        dump_spot([make_stairway()], tmp_path)
+
+
+def test_without_bosdyn_api_the_extra_is_named(tmp_path, monkeypatch):
+    real_import = builtins.__import__
+
+    def refuse(name, *arguments, **options):
+        if name.startswith("bosdyn"):
+            raise ImportError(name)
+        return real_import(name, *arguments, **options)
+
+    monkeypatch.setattr(builtins, "__import__", refuse)
+    with pytest.raises(MissingPackageError, match=r"stairmap\[spot\]"):
+        dump_spot([make_stairway()], tmp_path)
