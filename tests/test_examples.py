@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from cloud_files import write_binary_pcd
 from command_line import stairmap
+from sampled_clouds import sampled_scene
 from small_recordings import write_recording
 
 FOLDER = Path(__file__).parents[1] / "examples"
@@ -46,6 +48,15 @@ def test_can_my_robot_climb_it(recording, tmp_path):
     text = run_example("04_can_my_robot_climb_it.py", tmp_path / "run", "spot")
     assert "stairway 1: passable for Boston Dynamics Spot" in text
     assert "joins floor 0 and floor 1 (unexplored)" in text
+
+
+def test_scan_a_map(tmp_path):
+    points, (flight,) = sampled_scene("free_standing")
+    write_binary_pcd(tmp_path / "hall.pcd", points)
+    text = run_example("05_scan_a_map.py", tmp_path / "hall.pcd", "spot")
+    assert f"stairway 1: {flight.num_risers} risers" in text
+    assert f"rise {flight.rise * 1e3:.0f}" in text
+    assert "passable for Boston Dynamics Spot" in text
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.py")), ids=lambda path: path.name)

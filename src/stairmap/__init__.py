@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from stairmap.camera import PinholeCamera
+    from stairmap.clouds.detector import detect_points
     from stairmap.config import Config, load_config
     from stairmap.detection.detector import StairEdgeDetector
     from stairmap.detection.observation import Detection, Rejection, StairEdge, StairObservation
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from stairmap.export.loading import load_detections, load_stairways
     from stairmap.frame import DepthFrame
     from stairmap.map_levelling import find_level_map
+    from stairmap.map_scan import MapScan
     from stairmap.navigation.floors import find_floors
     from stairmap.navigation.portals import make_portals
     from stairmap.navigation.robot_profile import load_robot
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from stairmap.pipeline import detect
     from stairmap.recordings.base import Recording
     from stairmap.recordings.camera_file import load_camera
+    from stairmap.recordings.clouds.open import open_cloud
     from stairmap.recordings.frame_iterators import placed_frames
     from stairmap.recordings.open import open_recording
     from stairmap.recordings.tum_trajectory import load_tum_trajectory
@@ -42,6 +45,7 @@ __all__ = [
     "Drop",
     "Flight",
     "Landing",
+    "MapScan",
     "MapSession",
     "PinholeCamera",
     "Recording",
@@ -56,6 +60,7 @@ __all__ = [
     "__version__",
     "assess",
     "detect",
+    "detect_points",
     "find_floors",
     "find_level_map",
     "load_camera",
@@ -65,12 +70,14 @@ __all__ = [
     "load_stairways",
     "load_tum_trajectory",
     "make_portals",
+    "open_cloud",
     "open_recording",
     "placed_frames",
 ]
 
 _HOMES = {
     "camera": ("PinholeCamera",),
+    "clouds.detector": ("detect_points",),
     "config": ("Config", "load_config"),
     "detection.detector": ("StairEdgeDetector",),
     "detection.observation": ("Detection", "Rejection", "StairEdge", "StairObservation"),
@@ -79,6 +86,7 @@ _HOMES = {
     "export.loading": ("load_detections", "load_stairways"),
     "frame": ("DepthFrame",),
     "map_levelling": ("find_level_map",),
+    "map_scan": ("MapScan",),
     "navigation.floors": ("find_floors",),
     "navigation.portals": ("make_portals",),
     "navigation.robot_profile": ("load_robot",),
@@ -86,6 +94,7 @@ _HOMES = {
     "pipeline": ("detect",),
     "recordings.base": ("Recording",),
     "recordings.camera_file": ("load_camera",),
+    "recordings.clouds.open": ("open_cloud",),
     "recordings.frame_iterators": ("placed_frames",),
     "recordings.open": ("open_recording",),
     "recordings.tum_trajectory": ("load_tum_trajectory",),

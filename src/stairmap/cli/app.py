@@ -9,6 +9,7 @@ import typer
 import stairmap
 from stairmap.cli.commands.batch import batch
 from stairmap.cli.commands.check import check
+from stairmap.cli.commands.clean import clean
 from stairmap.cli.commands.config import config
 from stairmap.cli.commands.demo import demo
 from stairmap.cli.commands.detect import detect
@@ -54,6 +55,7 @@ for command in (
     inspect,
     check,
     export,
+    clean,
     plan,
     explore,
     finish,

@@ -27,16 +27,18 @@ from stairmap.export.nav2 import (
 )
 from stairmap.export.rmf import dump_rmf, rmf_from_route_graph
 from stairmap.export.spot import dump_spot
+from stairmap.export.stair_points import height_layer, ply_from_points, points_from_stairways
 from stairmap.navigation.footprints import block_stairs
 from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.portals import ANY_ROBOT, make_portals
 from stairmap.navigation.robot_profile import RobotProfile, load_robot
 from stairmap.navigation.route_graph import RouteGraph, make_route_graph
-from stairmap.output_files import check_new_file, output_error
+from stairmap.output_files import check_new_file, output_error, write_whole
 
 FILES = {
     "nav2-graph": ROUTE_GRAPH_FILE, "osm": "stairways_osm.geojson", "ifc": "stairways.ifc",
     "ply": "stairways.ply", "obj": "stairways.obj", "rmf": RMF_GRAPH_FILE,
+    "cloud": "stairs_cloud.ply",
 }  # fmt: skip
 """File that each format writes; keep-out masks are one a floor, Spot's staircases one a flight."""
 
@@ -134,6 +136,8 @@ def _export(name: str, task: _Task) -> tuple[Path, ...]:
         return paths
     if name == "spot":
         return dump_spot(stairways, task.folder, frame_id=task.building.frame_id)
+    if name == "elevation":
+        return _export_heights(task)
     path = task.folder / FILES[name]
     check_new_file(path, option="-f " + name + ":")
     if name == "nav2-graph":
@@ -151,6 +155,8 @@ def _export(name: str, task: _Task) -> tuple[Path, ...]:
         dump_rmf(values, path)
     elif name == "ply":
         dump_ply(stairways, path)
+    elif name == "cloud":
+        write_whole(path, ply_from_points(points_from_stairways(stairways)))
     else:
         dump_obj(stairways, path)
     return (path,)
@@ -165,3 +171,13 @@ def _route_graph(task: _Task) -> RouteGraph:
         if note:
             typer.echo(note, err=True)
     return graph
+
+
+def _export_heights(task: _Task) -> tuple[Path, ...]:
+    """Write a height layer for each stairway: those of two storeys lie one above the other."""
+    paths = []
+    for stairway in task.building.stairways:
+        path = task.folder / f"elevation_{stairway.id}.npz"
+        check_new_file(path, option="-f elevation:")
+        paths.append(write_whole(path, height_layer(stairway).to_npz()))
+    return tuple(paths)

@@ -1,4 +1,4 @@
-"""Maps of the floors of a run: from files, or from the depth images of its recording."""
+"""Maps of the floors of a run: from files, from the depth images of its recording, or cut from its points."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from stairmap.cli.progress import FrameProgress
+from stairmap.cli.progress import FrameProgress, PointProgress
 from stairmap.errors import ConfigError
 from stairmap.export.recording_reference import load_recording_reference
+from stairmap.export.scan_reference import ScanReference, load_scan_reference, read_scanned_map
+from stairmap.navigation.cloud_grids import grids_from_points
 from stairmap.navigation.floors import FloorStack
 from stairmap.navigation.grid_building import GridBuilder
 from stairmap.navigation.occupancy import OccupancyGrid, load_map
@@ -46,12 +48,22 @@ def load_floor_grids(
     # Where every floor that is asked for has a map, the recording is not needed.
     if request.recording is None and grids:
         return grids
+    scan = load_scan_reference(request.run if request.run.is_dir() else request.run.parent)
+    if scan is not None and request.recording is None:
+        return {**_cut_map(scan, floors), **grids}
     recording = _open(request.run, request.recording)
     if trajectory is None:
         raise ConfigError(
             f"{request.run} has no trajectory.tum, so its recording cannot be placed; pass --map"
         )
     return {**_map_recording(recording, request.run, floors, trajectory), **grids}
+
+
+def _cut_map(scan: ScanReference, floors: FloorStack) -> dict[int, OccupancyGrid]:
+    """Cut the floors out of the map of points that was scanned."""
+    with PointProgress(scan.num_points) as progress:
+        cloud = read_scanned_map(scan, on_points=progress.advance)
+    return grids_from_points(cloud.points().astype(np.float64) + cloud.origin, floors)
 
 
 def _open(run: Path, path: Path | None) -> Recording:

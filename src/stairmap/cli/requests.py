@@ -120,6 +120,16 @@ class MergeRequest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class CleanRequest:
+    """What ``stairmap clean`` was asked for; without a run the map is scanned first."""
+
+    files: tuple[Path, ...]
+    output: Path
+    run: Path | None
+    up: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LiveRequest:
     """What ``stairmap live`` was asked for; without a number of frames, until Ctrl-C."""
 

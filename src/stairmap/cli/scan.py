@@ -38,7 +38,7 @@ def scan_map(request: ScanRequest) -> int:
     """
     config = load_config(request.config_file, request.overrides)
     robots = [load_robot(name) for name in request.robots]
-    up = None if request.up is None else check_up(_signed(request.up))
+    up = check_scan_up(request.up)
     if request.unit is not None and request.unit not in UNITS:
         raise RecordingError(f"expected --unit to be one of {', '.join(UNITS)}, got {request.unit!r}")
     clouds = [open_cloud(path) for path in request.files]
@@ -69,9 +69,11 @@ def scan_map(request: ScanRequest) -> int:
         return interrupt.exit_code
 
 
-def _signed(up: str) -> str:
-    """An axis without a sign is the positive one."""
-    return f"+{up}" if up in ("x", "y", "z") else up
+def check_scan_up(up: str | None) -> str | None:
+    """Return the axis that was asked for; one without a sign is the positive one."""
+    if up is None:
+        return None
+    return check_up(f"+{up}" if up in ("x", "y", "z") else up)
 
 
 def _format_text(folder: RunFolder, result: ScanResult, assessments: Sequence[Assessment]) -> str:

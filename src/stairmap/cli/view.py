@@ -5,11 +5,16 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+import numpy as np
 import typer
 
 from stairmap.cli.interrupts import noted_interrupts
-from stairmap.cli.progress import FrameProgress
+from stairmap.cli.progress import FrameProgress, PointProgress
 from stairmap.cli.requests import ViewRequest
+from stairmap.errors import ResultsError
+from stairmap.export.loading import load_stairways
+from stairmap.export.scan_reference import ScanReference, load_scan_reference, read_scanned_map
+from stairmap.input_files import shown
 from stairmap.output_files import check_new_file, discard_partial
 from stairmap.trajectory import Trajectory
 from stairmap.visualization.foxglove_file import FoxgloveFile
@@ -32,6 +37,9 @@ def view_run(request: ViewRequest) -> int:
         if file is not None:
             # Bags have the same ending as Foxglove's files: walk.mcap may well be the recording itself.
             check_new_file(file, option=option)
+    scan = load_scan_reference(request.run if request.run.is_dir() else request.run.parent)
+    if scan is not None:
+        return _view_scan(request, scan)
     replay = load_run(request.run, recording=request.recording)
     for note in replay.notes:
         typer.echo(note, err=True)
@@ -61,6 +69,28 @@ def view_run(request: ViewRequest) -> int:
     except BaseException:
         process.stop()
         raise
+    return 0
+
+
+def _view_scan(request: ViewRequest, scan: ScanReference) -> int:
+    """Write the page of a scan: its map and its stairways."""
+    if request.page is None or request.rrd is not None or request.mcap is not None:
+        raise ResultsError(f"{shown(request.run)} is a scan, which is shown as a page: pass --page FILE.html")
+    folder = request.run if request.run.is_dir() else request.run.parent
+    results = load_stairways(folder)
+    page = PageFile(
+        request.page,
+        name=shown(folder.resolve().name),
+        frame_id=shown(results.frame_id),
+        positions=np.zeros((0, 3)),
+        is_scan=True,
+    )
+    with PointProgress(scan.num_points) as progress:
+        cloud = read_scanned_map(scan, on_points=progress.advance)
+    page.show_points(cloud.points().astype(np.float64) + cloud.origin, num_points=cloud.num_added)
+    page.show_stairways(results.stairways, 0, 0)
+    page.close()
+    typer.echo(str(request.page))
     return 0
 
 
@@ -107,15 +137,18 @@ def _serve_until_interrupted(process: RerunProcess) -> None:
 def _open_files(request: ViewRequest, replay: RunReplay) -> tuple[list[RunView], list[str]]:
     """Open the files that were asked for; nothing is written before all of them can be opened."""
     views: list[RunView] = []
-    names = {"name": replay.name, "frame_id": replay.frame_id}
     if request.page is not None:
-        views.append(PageFile(request.page, positions=replay.positions, **names))
+        views.append(
+            PageFile(request.page, name=replay.name, frame_id=replay.frame_id, positions=replay.positions)
+        )
     if request.rrd is not None:
         viewer = open_viewer(replay)
         viewer.save(request.rrd)
         views.append(viewer)
     if request.mcap is not None:
-        views.append(FoxgloveFile(request.mcap, positions=replay.positions, **names))
+        views.append(
+            FoxgloveFile(request.mcap, name=replay.name, frame_id=replay.frame_id, positions=replay.positions)
+        )
     return views, [str(path) for path in (request.page, request.rrd, request.mcap) if path is not None]
 
 

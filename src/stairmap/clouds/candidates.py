@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from stairmap.arrays import Float64Array, IntArray
 from stairmap.clouds.edges import EdgeCells
 from stairmap.config import EnvelopeConfig
-from stairmap.detection.lattice import Lattice, NosingGroups, find_lattices, group_corners
-from stairmap.detection.nosing_search import Corners
+from stairmap.detection.lattice import MAX_STRIP_GAP, MIN_STRIPS, Lattice, NosingGroups, find_lattices
 
 LINK = 0.30
 """Edges within one or two cubes of this side are of one region, m: nosings are 0.2 to 0.5 m apart."""
@@ -48,8 +48,14 @@ FRONT_GAP = 0.14
 LEVEL_BIN = 0.05
 """Edges of a strip are told apart by height in bins of this, m, half of the smallest rise."""
 
+SAME_NOSING = 0.034
+"""Edges of neighbouring strips within this along and upward are of one nosing, m: as in images."""
+
+ENVELOPE_SLACK, PITCH_SLACK_DEG = 1.15, 4.0
+"""The envelope is widened by this factor, and by these degrees, for two nosings that may be neighbours."""
+
 MAX_GROUPS = 150
-"""Most nosings of one region and heading among which lattices are sought; those in the most strips."""
+"""Most nosings among which lattices are sought; those in the most strips."""
 
 MAX_LATTICES = 8
 """Most lattices of one region and heading."""
@@ -173,33 +179,81 @@ def _lattices_along(
     low = t.min()
     strip = ((t - low) / STRIP).astype(np.int64)
     num_strips = int(strip.max()) + 1
-    groups = _largest(_group_fronts(s, height, strip, num_strips))
+    groups = _group_fronts(s, height, strip, num_strips)
     candidates = []
-    for lattice in find_lattices(groups, envelope, noise=0.0, max_lattices=MAX_LATTICES):
-        if lattice.run > 0 and len(lattice.indices) >= 2:
-            candidates.append(_candidate(lattice, center, heading, low))
+    for members in _possible_flights(groups, envelope):
+        lattices = find_lattices(
+            chosen_groups(groups, members), envelope, noise=0.0, max_lattices=MAX_LATTICES
+        )
+        candidates += [
+            _candidate(lattice, center, heading, low)
+            for lattice in lattices
+            if lattice.run > 0 and len(lattice.indices) >= 2
+        ]
     return candidates
 
 
 def _group_fronts(s: Float64Array, z: Float64Array, strip: IntArray, num_strips: int) -> NosingGroups:
-    """Join the foremost edges of each strip and level across the strips."""
+    """Join the foremost edges of each strip and level across neighbouring strips."""
     level = np.floor(z / LEVEL_BIN).astype(np.int64)
     order = np.lexsort((s, level, strip))
     s, z, strip, level = s[order], z[order], strip[order], level[order]
     is_front = np.ones(len(s), dtype=bool)
     is_front[1:] = (np.diff(strip) != 0) | (np.diff(level) != 0) | (np.diff(s) > FRONT_GAP)
-    front = np.flatnonzero(is_front)
-    none = np.zeros(len(front), dtype=bool)
-    corners = Corners(distance=s[front], height=z[front], strip=strip[front], is_jump=none, is_end=none)
-    return group_corners(corners, num_strips=num_strips, noise=0.0)
-
-
-def _largest(groups: NosingGroups) -> NosingGroups:
-    if len(groups) <= MAX_GROUPS:
-        return groups
-    kept = np.sort(np.argsort(-groups.strips.sum(axis=1), kind="stable")[:MAX_GROUPS])
+    s, z, strip = s[is_front], z[is_front], strip[is_front]
+    scaled = np.column_stack([s / SAME_NOSING, z / SAME_NOSING, strip / (MAX_STRIP_GAP + 0.5)])
+    label = _components(cKDTree(scaled).query_pairs(1.0, p=np.inf, output_type="ndarray"), len(s))
+    count = int(label.max(initial=-1)) + 1
+    size = np.bincount(label, minlength=count)
+    strips = np.zeros((count, num_strips), dtype=bool)
+    strips[label, strip] = True
+    keep = np.flatnonzero(strips.sum(axis=1) >= MIN_STRIPS)
     return NosingGroups(
-        distance=groups.distance[kept], height=groups.height[kept], strips=groups.strips[kept]
+        distance=(np.bincount(label, s, count) / size)[keep],
+        height=(np.bincount(label, z, count) / size)[keep],
+        strips=strips[keep],
+    )
+
+
+def _possible_flights(groups: NosingGroups, envelope: EnvelopeConfig) -> list[IntArray]:
+    """Indices of the nosings that may be of one flight: each lies a step or two from another of them."""
+    if len(groups) < 2:
+        return []
+    place = np.column_stack([groups.distance, groups.height])
+    reach = 2.0 * float(np.hypot(envelope.max_run, envelope.max_rise)) * ENVELOPE_SLACK
+    pairs = cKDTree(place).query_pairs(reach, output_type="ndarray")
+    offset = place[pairs[:, 1]] - place[pairs[:, 0]]
+    pitch = np.degrees(np.arctan2(offset[:, 1], offset[:, 0])) % 180.0
+    first = np.argmax(groups.strips, axis=1)
+    last = groups.strips.shape[1] - 1 - np.argmax(groups.strips[:, ::-1], axis=1)
+    overlap = np.minimum(last[pairs[:, 0]], last[pairs[:, 1]]) - np.maximum(
+        first[pairs[:, 0]], first[pairs[:, 1]]
+    )
+    is_step = (
+        (np.abs(offset[:, 1]) > envelope.min_rise / ENVELOPE_SLACK)
+        & (pitch > envelope.min_pitch_deg - PITCH_SLACK_DEG)
+        & (pitch < envelope.max_pitch_deg + PITCH_SLACK_DEG)
+        & (overlap >= MIN_STRIPS - 1)
+    )
+    label = _components(pairs[is_step], len(groups))
+    order = np.argsort(label, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
+    size = groups.strips.sum(axis=1)
+    return [
+        np.sort(part[np.argsort(-size[part], kind="stable")[:MAX_GROUPS]]) for part in parts if len(part) >= 2
+    ]
+
+
+def _components(pairs: IntArray, count: int) -> IntArray:
+    """(N,) which connected part each of N things is in, given (P, 2) pairs that belong together."""
+    graph = coo_matrix((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def chosen_groups(groups: NosingGroups, members: IntArray) -> NosingGroups:
+    """Return some of the nosings."""
+    return NosingGroups(
+        distance=groups.distance[members], height=groups.height[members], strips=groups.strips[members]
     )
 
 

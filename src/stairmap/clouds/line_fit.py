@@ -9,6 +9,9 @@ from stairmap.arrays import Float64Array, IntArray
 SAME_LINE = 0.02
 """Places that are off the median's line by less than this are of one line, m: slabs are thicker."""
 
+MIN_OUTER, OUTER_SHARE = 2, 0.4
+"""Of parallel lines the outermost counts that has so many places, and this share of the fullest's."""
+
 OUTLYING = 2.0
 """Steps farther off the line than so many standard deviations count less."""
 
@@ -23,7 +26,12 @@ NUM_ROUNDS = 6
 
 
 def fit_line(
-    index: IntArray, place: Float64Array, std: Float64Array, known: tuple[float, float]
+    index: IntArray,
+    place: Float64Array,
+    std: Float64Array,
+    known: tuple[float, float],
+    *,
+    is_last_outer: bool,
 ) -> tuple[float, float]:
     """Robust line place = start + index * step; what the places do not tell stays as it is known."""
     if not len(index):
@@ -33,11 +41,14 @@ def fit_line(
         return float(np.mean(place - index * step)), step
     step = _better_step(index, place, _median_step(index, place, step))
     total = np.hypot(std, IRREGULARITY)
-    # Where treads were seen from above and others from below only, the upper ones count.
     start = place - index * step
     near = np.abs(start[:, None] - start[None, :]) < SAME_LINE
     number = near.sum(axis=1)
-    best = int(np.argmax(np.where(number == number.max(), start, -np.inf)))
+    # Thin steps have a back and an underside, parallel to what counts.
+    enough = number >= max(MIN_OUTER, OUTER_SHARE * number.max())
+    outermost = np.where(enough, start if is_last_outer else -start, -np.inf)
+    near_outermost = enough & (outermost > outermost.max() - SAME_LINE)
+    best = int(np.argmax(np.where(near_outermost, number, -1)))
     start_of_all, used = float(start[best]), near[best]
     if np.ptp(index[used]) == 0:
         return start_of_all, step

@@ -29,7 +29,7 @@ from stairmap.detection.profile import StairProfile
 SLAB = (0.025, 0.12)
 """Thickness of the slabs of stairs, m."""
 
-MAX_UNDER_SHARE = 0.5
+MAX_UNDER_SHARE = 0.75
 """Where more treads than this share lie low, they are irregular, not seen from below."""
 
 MAX_OVERHANG = 0.08
@@ -211,7 +211,8 @@ def _without_undersides(lattice: StepLattice, treads: Surfaces) -> Surfaces:
 
 def _measure(strip: Strip, lattice: StepLattice, num_steps: int) -> _Measured:
     index = np.arange(num_steps)
-    risers, fronts = measure_risers(strip, lattice, index), measure_fronts(strip, lattice, index)
+    treads = measure_treads(strip, lattice, np.arange(-1, num_steps))
+    risers, fronts = measure_risers(strip, lattice, index), measure_fronts(strip, lattice, index, treads)
     both = risers.is_seen & fronts.is_seen
     overhang, overhang_std = 0.0, float("nan")
     if np.count_nonzero(both) >= 2 and strip.noise < MAX_OVERHANG_NOISE:
@@ -226,7 +227,7 @@ def _measure(strip: Strip, lattice: StepLattice, num_steps: int) -> _Measured:
         cover=np.where(by_riser, risers.cover, fronts.cover),
     )
     return _Measured(
-        treads=measure_treads(strip, lattice, np.arange(-1, num_steps)),
+        treads=treads,
         risers=risers,
         fronts=fronts,
         nosings=nosings,
@@ -263,9 +264,15 @@ def _fit_lattice(lattice: StepLattice, measured: _Measured) -> StepLattice | Non
     seen = nosings.is_seen
     if not used.any() and not seen.any():
         return None
-    height, rise = fit_line(level[used], treads.place[used], treads.std[used], (lattice.height, lattice.rise))
+    height, rise = fit_line(
+        level[used], treads.place[used], treads.std[used], (lattice.height, lattice.rise), is_last_outer=True
+    )
     distance, run = fit_line(
-        index[seen], nosings.place[seen], nosings.std[seen], (lattice.distance, lattice.run)
+        index[seen],
+        nosings.place[seen],
+        nosings.std[seen],
+        (lattice.distance, lattice.run),
+        is_last_outer=False,
     )
     changes = np.array([rise / lattice.rise, run / lattice.run])
     if not ((changes > 1 / MAX_CHANGE) & (changes < MAX_CHANGE)).all():

@@ -16,8 +16,9 @@ TREAD_WINDOW = (0.2, 0.85)
 """A tread is measured between these shares of a run behind its nosing: before it lies the blur of the
 nosing, behind it that of the next riser."""
 
-RISER_WINDOW = (0.2, 0.8)
-"""A riser is measured between these shares of the rise above the tread below."""
+RISER_WINDOW = (0.15, 0.62)
+"""A riser is measured between these shares of the rise above the tread below: higher up is the lip of a tread
+that overhangs."""
 
 SEARCH_HEIGHT, SEARCH_DISTANCE = 0.35, 0.30
 """A tread is sought within this share of the rise of its place, a riser within this share of the run."""
@@ -49,8 +50,14 @@ WALL_HEIGHT = (0.06, 0.40)
 FRONT_REACH = 0.12
 """A tread's front edge is sought so far before its place, m ..."""
 
-FRONT_INNER, FRONT_END = 0.3, 0.7
-"""... and points up to the first share of a run behind it are set against those from there to the second."""
+FRONT_END = 0.6
+"""... and to this share of a run behind it."""
+
+FRONT_BIN, MIN_FRONT_BLUR = 0.005, 0.01
+"""Points about an edge are counted in bins of this, smoothed over the noise or the second, m."""
+
+FULL_PERCENTILE = 80
+"""A tread's usual number of points is this percentile: a part of it may be hidden."""
 
 PEAK_BIN = 0.004
 """Points are counted in bins as wide as the noise, or this, m."""
@@ -68,7 +75,7 @@ MIN_POINTS = 3
 """Fewest points that make a surface."""
 
 MIN_FRONT_POINTS = 10
-"""Fewest points on a tread that tell its density."""
+"""Fewest points on a tread that tell where it begins."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,30 +192,44 @@ def measure_risers(strip: Strip, lattice: StepLattice, index: IntArray) -> Surfa
     return _stacked(results)
 
 
-def measure_fronts(strip: Strip, lattice: StepLattice, index: IntArray) -> Surfaces:
-    """Measure where each tread begins, by counting: points before a line, over the density behind it.
+def measure_fronts(strip: Strip, lattice: StepLattice, index: IntArray, treads: Surfaces) -> Surfaces:
+    """Measure where each tread begins: where the points on it reach half of their number behind.
 
-    Noise moves as many points out over an edge as in; the count does not feel it. The face below the edge is
-    counted just under the tread and taken off.
+    Noise moves as many points out over an edge as in, so half of them is the edge. Only points above the
+    tread's middle count, for the face under its edge lies lower. ``treads`` begin with level -1.
     """
-    band = strip.core
     results = []
-    for k in index.tolist():
-        s, z = float(lattice.nosing(k)), float(lattice.level(k))
-        near = strip.box((s - FRONT_REACH, s + FRONT_END * lattice.run), (z - 3 * band, z + band))
-        inner = s + FRONT_INNER * lattice.run
-        is_on = near[:, 2] > z - band
-        is_before = near[:, 0] <= inner
-        num_behind = np.count_nonzero(is_on & ~is_before)
-        if num_behind < MIN_FRONT_POINTS:
-            results.append((np.nan, np.inf, 0.0))
-            continue
-        density = num_behind / ((FRONT_END - FRONT_INNER) * lattice.run)
-        face = 0.5 * np.count_nonzero(~is_on & is_before)
-        num_before = np.count_nonzero(is_on & is_before)
-        std = float(np.hypot(np.sqrt(num_before + face) / density, 2 * COMMON_ERROR + 0.5 * strip.noise))
-        results.append((inner - max(num_before - face, 0.0) / density, std, strip.cover(near[is_on])))
+    for row, k in enumerate(index.tolist()):
+        s, z = float(lattice.nosing(k)), float(treads.place[row + 1])
+        z = z if np.isfinite(z) else float(lattice.level(k))
+        along = (s - FRONT_REACH, s + FRONT_END * lattice.run)
+        results.append(_find_front(strip, strip.box(along, (z, z + strip.core)), along))
     return _stacked(results)
+
+
+def _find_front(strip: Strip, on: Float64Array, along: tuple[float, float]) -> tuple[float, float, float]:
+    """Place, standard deviation and cover of the front end of points on a tread."""
+    nothing = (float("nan"), float("inf"), 0.0)
+    if len(on) < MIN_FRONT_POINTS:
+        return nothing
+    num = int(np.ceil((along[1] - along[0]) / FRONT_BIN))
+    counts = np.bincount(((on[:, 0] - along[0]) / FRONT_BIN).astype(np.int64), minlength=num)[:num]
+    half_width = max(int(np.ceil(max(strip.noise, MIN_FRONT_BLUR) / FRONT_BIN)), 1)
+    kernel = np.full(2 * half_width + 1, 1.0 / (2 * half_width + 1))
+    smooth = np.convolve(counts, kernel, mode="same")
+    plateau = float(np.percentile(smooth, FULL_PERCENTILE))
+    if plateau * len(kernel) < MIN_POINTS:
+        return nothing
+    above = np.flatnonzero(smooth >= 0.5 * plateau)
+    first = int(above[0])
+    if first == 0:
+        # It begins before the window: there is no edge here.
+        return nothing
+    step = smooth[first] - smooth[first - 1]
+    place = along[0] + FRONT_BIN * (first + 0.5 - (smooth[first] - 0.5 * plateau) / max(step, 1e-9))
+    near = np.sqrt(max(plateau * len(kernel), 1.0))
+    std = float(np.hypot(FRONT_BIN * len(kernel) / near, 2 * COMMON_ERROR + 0.3 * strip.noise))
+    return float(place), std, strip.cover(on)
 
 
 def goes_on(strip: Strip, along: tuple[float, float], height: float) -> bool:

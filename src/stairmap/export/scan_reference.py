@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -11,10 +12,12 @@ import numpy as np
 from pydantic import Field
 
 from stairmap.arrays import Transform, readonly
+from stairmap.clouds.thinning import ThinnedCloud
 from stairmap.errors import RecordingError, ResultsError
 from stairmap.input_files import CheckedModel, parse_json, read_text, shown, validated
 from stairmap.recordings.clouds.cloud import Cloud
 from stairmap.recordings.clouds.open import open_cloud
+from stairmap.transforms import transform_points
 
 SCAN_FILE = "scan.json"
 
@@ -65,6 +68,36 @@ class ScanReference:
                     f"the map of this run is not at {shown(path)} any more; put it back, or scan it again"
                 )
         return tuple(open_cloud(path) for path in self.paths)
+
+
+def read_scanned_map(
+    reference: ScanReference, *, on_points: Callable[[int], None] = lambda _: None
+) -> ThinnedCloud:
+    """Read the files of a scan once more, thinned, in the map.
+
+    Parameters
+    ----------
+    reference
+        The scan.
+    on_points
+        Told how many more points were read.
+
+    Raises
+    ------
+    RecordingError
+        If a file is not there any more or cannot be read.
+    """
+    cloud: ThinnedCloud | None = None
+    for file in reference.open():
+        for chunk in file.chunks():
+            on_points(len(chunk))
+            points = transform_points(reference.map_from_file, chunk[np.isfinite(chunk).all(axis=1)])
+            if len(points):
+                cloud = ThinnedCloud(np.round(points.mean(axis=0))) if cloud is None else cloud
+                cloud.add(points)
+    if cloud is None:
+        raise RecordingError(f"{shown(reference.paths[0])} holds no point with coordinates")
+    return cloud
 
 
 class _ScanFile(CheckedModel):

@@ -66,6 +66,8 @@ class PageFile:
         Name of the map's coordinate frame.
     positions
         (N, 3) way of the camera, map, m.
+    is_scan
+        Whether it shows a map of points, which no camera went through.
 
     Raises
     ------
@@ -73,8 +75,10 @@ class PageFile:
         If there are no poses: without them there is no map to show.
     """
 
-    def __init__(self, path: Path, *, name: str, frame_id: str, positions: Points) -> None:
-        if not len(positions):
+    def __init__(
+        self, path: Path, *, name: str, frame_id: str, positions: Points, is_scan: bool = False
+    ) -> None:
+        if not len(positions) and not is_scan:
             raise ResultsError(
                 "a page shows the map, but this run has no poses; "
                 "look at single frames with: stairmap view RUN --save FILE.rrd"
@@ -84,6 +88,8 @@ class PageFile:
         self._edges: ThinnedSequence[Points] = ThinnedSequence(MAX_EDGES)
         self._stairways: tuple[Stairway, ...] = ()
         self._num_frames = 0
+        self._num_points = 0
+        self._is_scan = is_scan
         self._rule_counts: Counter[str] = Counter()
 
     def show_frame(self, view: FrameView) -> None:
@@ -96,6 +102,11 @@ class PageFile:
         points = view.camera_points(max_points=MAX_FRAME_POINTS)
         pose = view.map_from_camera
         self._cloud.add(points @ pose[:3, :3].T + pose[:3, 3])
+
+    def show_points(self, points: Points, *, num_points: int) -> None:
+        """Take in (N, 3) points of a map, of which there were ``num_points`` before they were thinned."""
+        self._num_points += num_points
+        self._cloud.add(points)
 
     def show_stairways(self, stairways: Sequence[Stairway], number: int, stamp_ns: int) -> None:
         """Remember the stairways; the page shows those that came last."""
@@ -122,7 +133,7 @@ class PageFile:
         replacements = {
             "TITLE": html.escape(self._name),
             "SUBTITLE": html.escape(
-                f"{self._num_frames} frames · positions in m, frame “{self._frame_id}”, z up · "
+                f"{self._source()} · positions in m, frame “{self._frame_id}”, z up · "
                 f"stairmap {stairmap.__version__}"
             ),
             "TABLE": self._table(),
@@ -134,6 +145,9 @@ class PageFile:
         for name, text in replacements.items():
             page = page.replace(f"<!--{name}-->", text)
         return page
+
+    def _source(self) -> str:
+        return f"{self._num_points:,} points" if self._is_scan else f"{self._num_frames} frames"
 
     def _table(self) -> str:
         if not self._stairways:

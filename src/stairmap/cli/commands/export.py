@@ -26,6 +26,8 @@ class Format(str, Enum):
     rmf = "rmf"
     ply = "ply"
     obj = "obj"
+    cloud = "cloud"
+    elevation = "elevation"
 
 
 def export(
@@ -37,7 +39,7 @@ def export(
             "--format",
             "-f",
             metavar="NAME",
-            help="nav2-graph, rmf, keepout, spot, osm, ifc, ply or obj; may be repeated.",
+            help="nav2-graph, rmf, keepout, spot, osm, ifc, ply, obj, cloud or elevation; may be repeated.",
             show_default=False,
         ),
     ],
