@@ -24,7 +24,7 @@ STAIRWAYS = (
 
 
 def parse_graph(path):
-    """Return waypoints (level, x, y, name, lift) and lanes (from, to), as parse_graph makes them; raise as it."""
+    """Return waypoints (level, x, y, name, lift) and lanes (from, to), as parse_graph makes them."""
     config = yaml.safe_load(path.read_text())
     lifts = config["lifts"]
     for lift in lifts.values():

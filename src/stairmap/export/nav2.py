@@ -132,7 +132,7 @@ def remove_navigation_files(folder: Path, name: str) -> None:
     folder
         Where exports are written.
     name
-        ``keepout``, ``nav2-graph`` or ``rmf``; for others, nothing is removed.
+        ``keepout``, ``nav2-graph``, ``rmf`` or ``spot``; for others, nothing is removed.
 
     Raises
     ------
@@ -143,6 +143,7 @@ def remove_navigation_files(folder: Path, name: str) -> None:
         "keepout": (f"{_MASK_NAME}*.yaml", f"{_MASK_NAME}*.pgm"),
         "nav2-graph": (ROUTE_GRAPH_FILE,),
         "rmf": (RMF_GRAPH_FILE,),
+        "spot": ("spot_stairway_*.pb",),
     }
     try:
         for pattern in patterns.get(name, ()):

@@ -67,7 +67,7 @@ def export(
         typer.Option(
             "--anchor",
             metavar="LAT,LON[,BEARING[,HEIGHT]]",
-            help="osm, ifc: map's origin, bearing of its x axis (default 90: east), deg; ellipsoid height, m.",
+            help="osm, ifc: map's origin, bearing of its x axis (default 90: east), deg; height, m.",
             show_default=False,
         ),
     ] = None,
