@@ -20,8 +20,16 @@ MIN_CLEARANCE = 0.05
 """The viewpoint is at most this much above a nosing, m: from higher up its tread is seen, which tells
 better."""
 
-ON_RISER = 0.07
-"""A beam ends on a riser within this of its plane, m: three deviations of a LiDAR's range."""
+MAX_FALL = 0.10
+"""Beams that fall less steeply than this may come from higher up: they hit the tread far behind its
+nosing."""
+
+ON_RISER, ON_TREAD = 0.07, 0.035
+"""A beam ends on a riser within this of its plane, m: three deviations of a LiDAR's range. Where beams fall,
+those that end farther behind it than the second may lie on the tread; nearer ones pass 3 mm above at most."""
+
+MIN_DISTANCE = 0.2
+"""A LiDAR nearer to a riser, m, looks down on it."""
 
 BEYOND = 0.5
 """A beam goes on where it ends this part of a run behind the nosing, or more."""
@@ -117,9 +125,10 @@ def _height_of(
     eyes: Points,
 ) -> tuple[float, float] | None:
     """Height of a nosing by the beams about it, and its standard deviation, m."""
-    before = eyes[:, 0] < distance - 0.2
+    before = eyes[:, 0] < distance - MIN_DISTANCE
     behind = local[:, 0] > distance - ON_RISER
-    low = eyes[:, 2] < height + MIN_CLEARANCE
+    above = eyes[:, 2] - height
+    low = (above < MIN_CLEARANCE) | (above < MAX_FALL * (distance - eyes[:, 0]))
     chosen = before & behind & low
     points, start = local[chosen], eyes[chosen]
     share = (distance - start[:, 0]) / np.maximum(points[:, 0] - start[:, 0], 1e-9)
@@ -127,7 +136,8 @@ def _height_of(
     inside = (passing[:, 1] > across[0]) & (passing[:, 1] < across[1])
     inside &= np.abs(passing[:, 2] - height) < REACH * observation.rise
     passing, depth = passing[inside, 2], points[inside, 0] - distance
-    ends = passing[np.abs(depth) < ON_RISER]
+    falls = start[inside, 2] > height + MIN_CLEARANCE
+    ends = passing[(np.abs(depth) < ON_RISER) & ~(falls & (depth > ON_TREAD))]
     goes_on = passing[depth > BEYOND * observation.run]
     if min(len(ends), len(goes_on)) < MIN_BEAMS:
         return None

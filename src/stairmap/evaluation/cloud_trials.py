@@ -31,7 +31,8 @@ FINISHED_MAPS, SWEEPS = "clouds", "sweeps"
 """Names of the two suites."""
 
 SEEN_DISTANCE = 4.0
-"""A flight must be found when a LiDAR came so near, m, and measured three of its steps from there."""
+"""A flight must be found when a LiDAR came so near, m, and measured three of its steps from there, not from
+aside (``stairmap.simulation.sweep_visibility``)."""
 
 SEEN_SHARE = 0.7
 """A flight must be found in a finished map when the scanner saw this share of its steps."""

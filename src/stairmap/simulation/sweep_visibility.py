@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask, Points, Vector, readonly
+from stairmap.simulation.visibility import find_approach
 from stairmap.stairway import Flight, rounded
 from stairmap.transforms import invert_transform, transform_points
 
@@ -17,6 +18,9 @@ ON_SURFACE = 0.04
 
 MIN_RETURNS = 30
 """A step with so many returns within the range that is asked for was measured (ours)."""
+
+MAX_VIEW_ANGLE = float(np.radians(60))
+"""From farther aside, rad, risers are seen edge on."""
 
 MIN_STEPS = 3
 """A flight of which so many steps were measured can be found."""
@@ -30,20 +34,25 @@ class FlightReturns:
     ----------
     distance
         (N,) horizontal distance of the LiDAR from the middle of the nearer end's nosing, m.
+    view_angle
+        (N,) angle there between the way the stairs are walked onto and the LiDAR, rad; see
+        ``FlightVisibility``.
     num_returns
         (N, K) returns of each step, its riser and its tread.
     """
 
     distance: Float64Array
+    view_angle: Float64Array
     num_returns: IntArray
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "distance", readonly(self.distance))
+        object.__setattr__(self, "view_angle", readonly(self.view_angle))
         object.__setattr__(self, "num_returns", readonly(self.num_returns, np.int64))
 
     def is_measured(self, max_distance: float) -> Mask:
-        """Tell which (K,) steps had enough returns from within a distance, m."""
-        near = self.num_returns[self.distance <= max_distance]
+        """Tell which (K,) steps had enough returns from within a distance, m, and not from aside."""
+        near = self.num_returns[(self.distance <= max_distance) & (self.view_angle <= MAX_VIEW_ANGLE)]
         return np.asarray(near.sum(axis=0) >= MIN_RETURNS)
 
     def can_be_found(self, max_distance: float) -> bool:
@@ -52,7 +61,11 @@ class FlightReturns:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the returns as they stand in ``truth.json``."""
-        return {"distance": rounded(self.distance), "num_returns": self.num_returns.sum(axis=0).tolist()}
+        return {
+            "distance": rounded(self.distance),
+            "view_angle": rounded(self.view_angle),
+            "num_returns": self.num_returns.sum(axis=0).tolist(),
+        }
 
 
 class ReturnCounter:
@@ -66,30 +79,28 @@ class ReturnCounter:
 
     def __init__(self, flights: Sequence[Flight]) -> None:
         self._flights = tuple(flights)
-        self._distances: list[list[float]] = [[] for _ in flights]
+        self._approaches: list[list[tuple[float, float]]] = [[] for _ in flights]
         self._returns: list[list[IntArray]] = [[] for _ in flights]
 
     def add(self, true_points: Points, eye: Vector) -> None:
         """Take in the (N, 3) true points of a sweep and where the LiDAR was, map."""
-        for flight, distances, returns in zip(self._flights, self._distances, self._returns, strict=True):
-            distances.append(distance_to(flight, eye))
+        for flight, approaches, returns in zip(self._flights, self._approaches, self._returns, strict=True):
+            nosings = np.array([step.nosing for step in flight.steps])
+            approaches.append(find_approach(flight, nosings, eye)[:2])
             returns.append(count_returns(flight, true_points))
 
     def result(self) -> tuple[FlightReturns, ...]:
         """Return what each flight gave so far."""
         return tuple(
             FlightReturns(
-                distance=np.array(distances),
+                distance=np.array(approaches).reshape(-1, 2)[:, 0],
+                view_angle=np.array(approaches).reshape(-1, 2)[:, 1],
                 num_returns=np.array(returns).reshape(-1, flight.num_risers),
             )
-            for flight, distances, returns in zip(self._flights, self._distances, self._returns, strict=True)
+            for flight, approaches, returns in zip(
+                self._flights, self._approaches, self._returns, strict=True
+            )
         )
-
-
-def distance_to(flight: Flight, eye: Vector) -> float:
-    """Return the horizontal distance, m, of a (3,) eye from the nearer end of a flight's nosings."""
-    ends = np.array([flight.steps[0].nosing.mean(axis=0), flight.steps[-1].nosing.mean(axis=0)])
-    return float(np.linalg.norm((ends - eye)[:, :2], axis=1).min())
 
 
 def count_returns(flight: Flight, points: Points) -> IntArray:

@@ -102,7 +102,7 @@ def measure_visibility(
     nosings = np.array([step.nosing for step in flight.steps])
     share = np.linspace(0.02, 0.98, _NUM_SAMPLES)[:, None]
     samples = nosings[:, None, 0] * (1 - share) + nosings[:, None, 1] * share + [0.0, 0.0, _CLEARANCE]
-    approaches = [_find_approach(flight, nosings, pose[:3, 3]) for pose in map_from_camera]
+    approaches = [find_approach(flight, nosings, pose[:3, 3]) for pose in map_from_camera]
     return FlightVisibility(
         distance=np.array([approach[0] for approach in approaches]),
         view_angle=np.array([approach[1] for approach in approaches]),
@@ -113,8 +113,16 @@ def measure_visibility(
     )
 
 
-def _find_approach(flight: Flight, nosings: Points, eye: Vector) -> tuple[float, float, bool]:
-    """Return distance and view angle of an eye from the nearer end, and whether that is the upper one."""
+def find_approach(flight: Flight, nosings: Points, eye: Vector) -> tuple[float, float, bool]:
+    """Return distance and view angle of an eye from the nearer end, and whether that is the upper one.
+
+    Parameters
+    ----------
+    flight, nosings
+        The flight, and its (K, 2, 3) nosings, map, m.
+    eye
+        (3,) where the sensor is, map, m.
+    """
     bottom, top = nosings[0].mean(axis=0), nosings[-1].mean(axis=0)
     is_descending = bool((eye - (bottom + top) / 2) @ flight.forward > 0)
     end, outward = (top, flight.forward) if is_descending else (bottom, -flight.forward)
