@@ -62,7 +62,8 @@ def test_arrays_of_an_observation_are_read_only() -> None:
 def test_the_line_of_a_detection_is_the_contract() -> None:
     detection = Detection(stamp_ns=12, observations=(make_observation((0, 2)),), rejections=())
     line = json.loads(json.dumps(detection.to_dict(), allow_nan=False))
-    assert set(line) == {"stamp_ns", "detected", "observations", "rejections"}
+    assert set(line) == {"stamp_ns", "detected", "observations", "rejections", "camera_height", "drops"}
+    assert (line["camera_height"], line["drops"]) == (None, [])
     assert (line["stamp_ns"], line["detected"], line["rejections"]) == (12, True, [])
     (observation,) = line["observations"]
     assert set(observation) == {"view", "rise", "run", "width", "num_steps", "edges"}

@@ -23,6 +23,7 @@ from stairmap.batch.summary_page import PAGE_FILE, SummaryPage
 from stairmap.batch.table import Row
 from stairmap.batch.table_files import CSV_FILE, PARQUET_FILE, write_tables
 from stairmap.errors import BatchError
+from stairmap.input_files import parse_json, read_text
 from stairmap.output_files import check_has_room, output_error
 
 LOCK_FILE = ".batch-lock"
@@ -118,7 +119,7 @@ class BatchFolder:
             self._lock = path.open("a+", encoding="utf-8")
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            raise BatchError(self._describe_lock(path.read_text(encoding="utf-8"))) from error
+            raise BatchError(self._describe_lock(read_text(path, error_type=BatchError))) from error
         except OSError as error:
             raise output_error(path, error) from error
         self._lock.truncate(0)
@@ -207,7 +208,7 @@ class BatchFolder:
 
 def _parsed(content: bytes) -> dict[str, Any]:
     try:
-        values = json.loads(content)
+        values = parse_json(content.decode())
     except ValueError:
         return {}
     return values if isinstance(values, dict) else {}
