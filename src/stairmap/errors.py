@@ -82,6 +82,10 @@ class MergeError(StairmapError):
     """Runs cannot be made one map."""
 
 
+class BenchmarkError(StairmapError):
+    """Programs cannot be scored."""
+
+
 class ResultsError(StairmapError):
     """A run folder, or a file in it, cannot be read."""
 

@@ -8,6 +8,7 @@ import typer
 
 import stairmap
 from stairmap.cli.commands.batch import batch
+from stairmap.cli.commands.benchmark import benchmark
 from stairmap.cli.commands.check import check
 from stairmap.cli.commands.clean import clean
 from stairmap.cli.commands.config import config
@@ -62,6 +63,7 @@ for command in (
     demo,
     simulate,
     evaluate,
+    benchmark,
     config,
 ):
     app.command(cls=Command)(command)

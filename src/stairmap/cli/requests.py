@@ -130,6 +130,20 @@ class CleanRequest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BenchmarkRequest:
+    """What ``stairmap benchmark`` was asked for; programs are names and commands, the timeout is in s."""
+
+    programs: tuple[tuple[str, str], ...]
+    with_own: bool
+    timeout: float
+    num_frames: int
+    num_drives: int
+    num_clouds: int
+    seed: int
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LiveRequest:
     """What ``stairmap live`` was asked for; without a number of frames, until Ctrl-C."""
 
