@@ -285,6 +285,7 @@ class RecordingRun:
             references=None if find_references is None else find_references(outcome.stairways),
             detector=self.session.detector,
             facts=facts,
+            drops=outcome.drops,
         )
         try:
             folder.write_report(render_report(data))

@@ -8,6 +8,8 @@ import pytest
 from flight_views import CAMERA, View
 
 from stairmap.camera import PinholeCamera
+from stairmap.detection.drops import DropEdge
+from stairmap.detection.ground import GroundView
 from stairmap.detection.observation import Detection, StairEdge
 from stairmap.frame import DepthFrame
 from stairmap.visualization.overlay import (
@@ -107,3 +109,28 @@ def test_png_comes_back_as_the_picture(views: list[View]) -> None:
     picture = draw_detection(views[0].frame, views[0].detection)
     content = np.frombuffer(png_from_image(picture), dtype=np.uint8)
     np.testing.assert_array_equal(cv2.imdecode(content, cv2.IMREAD_COLOR), picture)
+
+
+def test_an_edge_of_the_ground_is_drawn_where_it_is_and_told() -> None:
+    edge = DropEdge(edge=[[-0.5, 0.5, 2.0], [0.5, 0.5, 2.0]], depth=0.4, num_rays=9)
+    ground = GroundView(
+        height=0.5, up=[0, -1, 0], forward=[0, 0, 1], bearing=np.linspace(0.5, -0.5, 9),
+        is_seen=np.zeros((9, 32), dtype=bool),
+    )  # fmt: skip
+    frame = DepthFrame(
+        stamp_ns=0, depth=np.full((CAMERA.height, CAMERA.width), 2.0, np.float32), camera=CAMERA
+    )
+    nothing = Detection(stamp_ns=0, observations=(), rejections=(), ground=ground)
+    found = replace(nothing, drops=(edge,))
+    height = CAMERA.height * picture_scale(CAMERA)
+    changed = (draw_detection(frame, found)[:height] != draw_detection(frame, nothing)[:height]).any(axis=2)
+    rows, columns = np.nonzero(changed)
+    ends = CAMERA.scaled(picture_scale(CAMERA)).project(edge.edge)
+    assert (columns.min(), columns.max()) == pytest.approx(sorted(ends[:, 0]), abs=6)
+    # The teeth point away from the camera, up in the picture.
+    assert rows.max() == pytest.approx(ends[0, 1], abs=5)
+    assert rows.min() < ends[0, 1] - 5
+    assert (
+        describe_detection(found)[0] == "the ground ends 2.06 m from the camera, at least 0.40 m deep (red)"
+    )
+    assert describe_detection(nothing)[0] == "no stairway"

@@ -8,6 +8,7 @@ import pytest
 from flight_views import View, make_flight
 
 from stairmap.arrays import Points
+from stairmap.drop import Drop
 from stairmap.errors import MissingPackageError
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
@@ -104,3 +105,15 @@ def test_drawing_leaves_pyplot_alone(stairway: Stairway, views: list[View]) -> N
     before = "matplotlib.pyplot" in sys.modules
     draw_stairway(stairway)
     assert ("matplotlib.pyplot" in sys.modules) == before
+
+
+def test_an_edge_of_the_ground_that_no_stairs_explain_says_how_deep_it_is(stairway: Stairway) -> None:
+    drop = Drop(
+        id=1, edge=[[4.0, 1.0, 0.0], [4.0, -1.0, 0.0]], depth=0.83, num_observations=9, first_seen_ns=0,
+        last_seen_ns=1,
+    )  # fmt: skip
+    assert "≥ 0.83 m deep" in texts(draw_overview([stairway], drops=[drop]))
+    own = replace(drop, stairway_id=stairway.id)
+    figure = draw_overview([stairway], drops=[own])
+    assert "≥ 0.83 m deep" not in texts(figure)
+    assert "edge of the ground" in figure.axes[0].get_legend_handles_labels()[1]

@@ -66,7 +66,9 @@ def plan_way(request: PlanRequest) -> int:
         for note in portal.notes:
             typer.echo(note, err=True)
     if request.output is not None:
-        figure = draw_floor_maps(floors, stairways, portals, grids=grids, route=route, candidates=candidates)
+        figure = draw_floor_maps(
+            floors, stairways, portals, grids=grids, route=route, candidates=candidates, drops=building.drops
+        )
         _write(request.output, values, grids, png_from_figure(figure))
     if request.as_json:
         typer.echo(json.dumps(null_for_nan(values), indent=1, allow_nan=False))

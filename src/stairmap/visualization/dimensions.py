@@ -26,6 +26,7 @@ BLUE = "#0072B2"
 ORANGE = "#D55E00"
 GREEN = "#009E73"
 PURPLE = "#9A4F83"
+RED = "#B2182B"
 """Okabe and Ito's reddish purple, darkened so that text in it can be read."""
 
 _LABEL = "label"

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from stairmap.arrays import Points
+from stairmap.drop import Drop
 from stairmap.navigation.exploration import Candidate
 from stairmap.navigation.floors import Floor, FloorStack
-from stairmap.navigation.footprints import stair_rectangles
+from stairmap.navigation.footprints import drop_rectangles, stair_rectangles
 from stairmap.navigation.limits import Verdict
 from stairmap.navigation.occupancy import FREE, OCCUPIED, OccupancyGrid
 from stairmap.navigation.planner import Route
@@ -28,6 +29,7 @@ from stairmap.visualization.dimensions import (
     finish_axes,
     plain_text,
 )
+from stairmap.visualization.plan import draw_drops
 from stairmap.visualization.plots import make_figure
 
 if TYPE_CHECKING:
@@ -56,6 +58,7 @@ def draw_floor_maps(
     grids: Mapping[int, OccupancyGrid] | None = None,
     route: Route | None = None,
     candidates: Sequence[Candidate] = (),
+    drops: Sequence[Drop] = (),
 ) -> Figure:
     """Draw a map of each floor, lowest first.
 
@@ -69,6 +72,8 @@ def draw_floor_maps(
         The planned way.
     candidates
         Places to explore from, cheapest first; the first five are numbered.
+    drops
+        Where floors end.
 
     Raises
     ------
@@ -86,6 +91,7 @@ def draw_floor_maps(
     panels = figure.subplots(num_rows, num_columns, squeeze=False).reshape(-1)
     for axes, floor in zip(panels, shown, strict=False):
         _draw_floor(axes, floor, floors, stairways, portals, grids.get(floor.level), route, candidates)
+        draw_drops(axes, [drop for drop in drops if drop_rectangles([drop], floors, floor.level)])
     for axes in panels[: len(shown)]:
         axes.set_xlim(low[0], high[0])
         axes.set_ylim(low[1], high[1])

@@ -28,6 +28,12 @@ Color: TypeAlias = tuple[int, int, int]
 OBSERVATION_COLORS: tuple[Color, ...] = ((255, 255, 255), (0, 94, 213), (167, 121, 204), (0, 159, 230))
 _LINE_COLOR: Color = (0, 94, 213)
 
+DROP_COLOR: Color = (60, 60, 255)
+"""Red of an edge of the ground, cased in black: the one warm colour that viridis lacks."""
+
+TOOTH_SPACING, TOOTH_LENGTH = 0.12, 0.06
+"""Distance and length of the teeth on an edge of the ground, m."""
+
 _MAX_PIXEL = 30_000
 
 MIN_PICTURE_WIDTH = 640
@@ -103,6 +109,7 @@ def draw_detection(frame: DepthFrame, detection: Detection) -> Image:
     """
     scale = picture_scale(frame.camera)
     picture = _enlarged(colorize_depth(frame.depth), frame.camera.scaled(scale))
+    _draw_drops(picture, frame, detection, scale)
     _draw_observations(picture, frame, detection.observations, scale)
     near, far = depth_range(frame.depth)
     bar = _color_bar(near, far, key="dot: end of the step seen, arrow: cut off" if detection else "")
@@ -141,8 +148,12 @@ def draw_trace(frame: DepthFrame, detection: Detection) -> Image:
 
 def describe_detection(detection: Detection) -> list[str]:
     """Return the lines of text that say what was found, or why nothing was; ASCII only, for OpenCV."""
+    drops = [
+        f"the ground ends {detection.drops[0].distance:.2f} m from the camera, at least "
+        f"{detection.drops[0].depth:.2f} m deep (red)"
+    ] if detection.drops else []  # fmt: skip
     if detection.observations:
-        return [
+        return drops + [
             f"{f'{number}: ' if len(detection.observations) > 1 else ''}{_measures(observation)}"
             for number, observation in enumerate(detection.observations, start=1)
         ]
@@ -150,7 +161,7 @@ def describe_detection(detection: Detection) -> list[str]:
     more = len(detection.rejections) - len(reasons)
     if more > 0:
         reasons[-1] += f"  (and {more} more)"
-    return ["no stairway", *reasons]
+    return [*drops, "no stairway", *reasons]
 
 
 def picture_scale(camera: PinholeCamera) -> int:
@@ -221,6 +232,29 @@ def _draw_observations(
             place = _free_place(ends, taken, picture.shape[1])
             taken.append(place)
             draw_label(picture, str(edge.step_index + 1), place, color)
+
+
+def _draw_drops(picture: Image, frame: DepthFrame, detection: Detection, scale: int) -> None:
+    """Draw where the ground ends, with teeth on the side where it falls off."""
+    if detection.ground is None:
+        return
+    camera, up = frame.camera.scaled(scale), detection.ground.up
+    for drop in detection.drops:
+        along = drop.edge[1] - drop.edge[0]
+        outward = np.cross(up, along) / max(float(np.linalg.norm(along)), 1e-9)
+        shares = np.linspace(0.0, 1.0, max(int(np.linalg.norm(along) / TOOTH_SPACING), 1) + 1)[:, None]
+        feet = drop.edge[0] + shares * along
+        for start, stop in zip(feet, feet + TOOTH_LENGTH * outward, strict=True):
+            _draw_cased(picture, camera.project(np.array([start, stop])), DROP_COLOR, 2)
+        _draw_cased(picture, camera.project(drop.edge), DROP_COLOR, 3)
+
+
+def _draw_cased(picture: Image, ends: Float64Array, color: Color, width: int) -> None:
+    if not np.isfinite(ends).all():
+        return
+    start, stop = _pixel(ends[0]), _pixel(ends[1])
+    cv2.line(picture, start, stop, (0, 0, 0), width + 3, cv2.LINE_AA)
+    cv2.line(picture, start, stop, color, width, cv2.LINE_AA)
 
 
 def _free_place(ends: Float64Array, taken: Sequence[Float64Array], width: int) -> Float64Array:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from stairmap.arrays import Points
+from stairmap.drop import Drop
 from stairmap.export.summary import with_std
 from stairmap.stairway import Flight, Stairway
 from stairmap.visualization.dimensions import (
@@ -15,6 +17,7 @@ from stairmap.visualization.dimensions import (
     GREY,
     INK,
     ORANGE,
+    RED,
     draw_dimension,
     draw_label,
     finish_axes,
@@ -24,6 +27,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 else:
     Axes: TypeAlias = Any
+
+
+_TOOTH_SPACING, _TOOTH_LENGTH, _DEPTH_LABEL = 0.15, 0.08, 0.35
+"""Distance and length of the teeth of an edge, and how far beyond it its depth is written, m."""
 
 
 def draw_plan(axes: Axes, stairway: Stairway, *, label: str) -> None:
@@ -52,6 +59,21 @@ def draw_plan(axes: Axes, stairway: Stairway, *, label: str) -> None:
         axes.fill(
             *corners.T, facecolor=GREY, alpha=0.25, edgecolor=INK, linewidth=1.0, zorder=1, label="landing"
         )
+
+
+def draw_drops(axes: Axes, drops: Sequence[Drop]) -> None:
+    """Draw edges of the ground with teeth on the side where it falls off, and how deep it is there."""
+    for drop in drops:
+        start, stop = drop.edge[:, :2]
+        axes.plot(*np.array([start, stop]).T, color=RED, linewidth=2.4, zorder=6, label="edge of the ground")
+        count = max(int(drop.length / _TOOTH_SPACING), 1) + 1
+        feet = start + np.linspace(0.0, 1.0, count)[:, None] * (stop - start)
+        teeth = feet + _TOOTH_LENGTH * drop.outward[:2]
+        for foot, tip in zip(feet, teeth, strict=True):
+            axes.plot(*np.array([foot, tip]).T, color=RED, linewidth=1.2, zorder=6)
+        if drop.stairway_id is None:
+            place = drop.center[:2] + _DEPTH_LABEL * drop.outward[:2]
+            draw_label(axes, place, f"≥ {drop.depth:.2f} m deep", color=RED)
 
 
 def _draw_box_sides(axes: Axes, flight: Flight) -> None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from stairmap.arrays import Points
+from stairmap.drop import Drop
 from stairmap.errors import MissingPackageError
 from stairmap.stairway import Stairway
 from stairmap.visualization.convergence import ConvergenceSample
@@ -29,6 +30,7 @@ from stairmap.visualization.dimensions import (
 )
 from stairmap.visualization.elevation import draw_elevation
 from stairmap.visualization.plan import (
+    draw_drops,
     draw_legend,
     draw_observed_nosings,
     draw_plan,
@@ -71,7 +73,11 @@ def png_from_figure(figure: Figure, *, dots_per_inch: int = 130) -> bytes:
 
 
 def draw_overview(
-    stairways: Sequence[Stairway], *, positions: Points | None = None, observed_nosings: Points | None = None
+    stairways: Sequence[Stairway],
+    *,
+    positions: Points | None = None,
+    observed_nosings: Points | None = None,
+    drops: Sequence[Drop] = (),
 ) -> Figure:
     """Draw the plan of everything: all stairways, the robot's way, and what was observed.
 
@@ -83,6 +89,8 @@ def draw_overview(
         (N, 3) positions of the camera in the map, in order, m.
     observed_nosings
         (M, 2, 3) nosings seen in single frames, map, m.
+    drops
+        Where the ground ends.
     """
     figure = make_figure(width=9, height=6)
     axes = figure.add_subplot()
@@ -91,6 +99,7 @@ def draw_overview(
         draw_way(axes, positions)
     for stairway in stairways:
         draw_plan(axes, stairway, label=f"stairway {stairway.id}, up")
+    draw_drops(axes, drops)
     if not stairways:
         axes.set_title("no stairway was found", loc="left")
     finish_plan(axes)

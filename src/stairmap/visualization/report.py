@@ -15,6 +15,7 @@ import numpy as np
 
 import stairmap
 from stairmap.arrays import Points
+from stairmap.drop import Drop
 from stairmap.errors import MissingPackageError
 from stairmap.export.summary import COLUMNS, stairway_rows, with_std
 from stairmap.input_files import shown
@@ -57,6 +58,8 @@ class ReportData:
         What was wrong with the recording, one line each.
     facts
         Where it comes from, by name: date, recording, command.
+    drops
+        Where the ground ends and goes on lower.
     """
 
     recording_name: str
@@ -73,6 +76,7 @@ class ReportData:
     config_yaml: str = ""
     problems: tuple[str, ...] = ()
     facts: Mapping[str, str] = field(default_factory=dict)
+    drops: tuple[Drop, ...] = ()
 
 
 def report_data(
@@ -87,6 +91,7 @@ def report_data(
     references: Mapping[int, Mapping[str, float]] | None = None,
     detector: TracingDetector | None = None,
     facts: Mapping[str, str] | None = None,
+    drops: Sequence[Drop] = (),
 ) -> ReportData:
     """Gather what the report shows; see ``ReportData`` and ``ReportCollector``."""
     for stairway in stairways:
@@ -106,6 +111,7 @@ def report_data(
         config_yaml=config_yaml,
         problems=tuple(problems),
         facts=facts or {},
+        drops=tuple(drops),
     )
 
 
@@ -141,9 +147,11 @@ def render_report(data: ReportData) -> str:
 
 
 def _overview(data: ReportData) -> str | None:
-    if not data.stairways and data.trajectory is None:
+    if not data.stairways and not data.drops and data.trajectory is None:
         return None
-    figure = draw_overview(data.stairways, positions=_positions(data), observed_nosings=data.observed_nosings)
+    figure = draw_overview(
+        data.stairways, positions=_positions(data), observed_nosings=data.observed_nosings, drops=data.drops
+    )
     return _data_uri(png_from_figure(figure))
 
 
