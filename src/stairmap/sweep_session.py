@@ -92,12 +92,17 @@ class SweepSession:
     def _look_at(self, window: SweepWindow | None) -> WindowResult | None:
         if window is None or window.is_seen_before:
             return None
-        detection = detect_points(window.points, up=window.up, config=self.config, stamp_ns=window.stamp_ns)
-        refined = tuple(
-            refined_by_sightlines(observation, window.points, window.viewpoints, window.view_index)
-            for observation in detection.observations
-        )
-        detection = replace(detection, observations=refined)
+        detection = detect_in_window(window, self.config)
         self.map_session.take_points(detection, window.map_from_sensor)
         self.num_windows += 1
         return WindowResult(window=window, detection=detection)
+
+
+def detect_in_window(window: SweepWindow, config: Config) -> Detection:
+    """Detect the stairs in a window, in its sensor's frame; heights without a tread in view by sightlines."""
+    detection = detect_points(window.points, up=window.up, config=config, stamp_ns=window.stamp_ns)
+    refined = tuple(
+        refined_by_sightlines(observation, window.points, window.viewpoints, window.view_index)
+        for observation in detection.observations
+    )
+    return replace(detection, observations=refined)

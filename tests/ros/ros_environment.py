@@ -26,14 +26,14 @@ class Drive:
 
 
 class RosEnvironment:
-    """Starts processes that hear each other and nobody else."""
+    """Starts processes that hear each other and nobody else; ``variables`` are their environment."""
 
     def __init__(self, folder: Path, drive: Drive) -> None:
         self._folder = folder
         self._drive = drive
         self._processes: list[subprocess.Popen[bytes]] = []
         profile = str(ROOT / "ros/stairmap_ros/config/fastdds_large_images.xml")
-        self._variables = os.environ | {
+        self.variables = os.environ | {
             "ROS_DOMAIN_ID": str((os.getpid() * 13 + time.monotonic_ns() // 1000) % 100 + 1),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "FASTRTPS_DEFAULT_PROFILES_FILE": profile,
@@ -41,8 +41,8 @@ class RosEnvironment:
             "ROS_LOG_DIR": str(folder / "log"),
             "OPENBLAS_NUM_THREADS": "1",
         }
-        self._variables.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
-        self._variables.pop("PYTHONPATH", None)
+        self.variables.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
+        self.variables.pop("PYTHONPATH", None)
 
     def start_node(
         self,
@@ -56,7 +56,7 @@ class RosEnvironment:
 
         It cannot import ``without_package``, as if that were not installed.
         """
-        variables = dict(self._variables)
+        variables = dict(self.variables)
         if without_package:
             missing = self._folder / "missing"
             missing.mkdir()
@@ -91,7 +91,7 @@ class RosEnvironment:
         names = [self._drive.file, self._folder / "orders.json", self._folder / "out.json"]
         subprocess.run(
             [ENVIRONMENT / "bin/python", Path(__file__).parent / "simulated_robot.py", *names],
-            env=self._variables,
+            env=self.variables,
             check=True,
             timeout=240,
         )

@@ -88,6 +88,25 @@ class LiveMap:
             self._publish(self._map.stairways(), self._newest_ns)
         return detection
 
+    def take_points(
+        self, detection: Detection, map_from_sensor: Transform, map_from_body: Transform | None
+    ) -> None:
+        """Let what was found in points enter the map if it is of use, and publish what is known then.
+
+        Parameters
+        ----------
+        detection
+            In the frame of the sensor.
+        map_from_sensor, map_from_body
+            (4, 4) poses of that frame and of the robot at its stamp; see ``PlacedDepth``.
+        """
+        with self._lock:
+            self._map.add_points(detection, map_from_sensor)
+            if map_from_body is not None:
+                self._corrections.add(detection.stamp_ns, map_from_body)
+            self._newest_ns = max(self._newest_ns, detection.stamp_ns)
+            self._publish(self._map.stairways(), self._newest_ns)
+
     def correct(self, path: Trajectory) -> None:
         """Move the map by what SLAM says now about where the robot has been.
 

@@ -23,11 +23,15 @@ class NodeConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
+    inputs: Literal["depth", "points", "both"] = "depth"
+    """What is looked at: depth images, sweeps of a LiDAR on the topic points (PointCloud2), or both."""
     map_frame: str = Field("map", min_length=1)
     """Coordinate frame with z up in which stairways are placed; all results carry it. A map that SLAM
     keeps is best; odom does where there is none, with its drift."""
     camera_frame: str = ""
     """Optical coordinate frame of the depth camera; empty: the one that the image names."""
+    lidar_frame: str = ""
+    """Coordinate frame of the LiDAR's points; empty: the one that the cloud names."""
     reliability: Literal["best_effort", "reliable"] = "best_effort"
     """Reliability of the depth and camera_info subscriptions. best_effort takes what any publisher sends;
     reliable asks for lost images again, and gets nothing from a publisher that is best_effort."""

@@ -20,9 +20,11 @@ from stairmap_ros.node_config import NodeConfig
 from stairmap_ros.node_status import NodeStatus
 from stairmap_ros.path_in import PathIn
 from stairmap_ros.pending_frames import PendingFrame, PendingFrames
+from stairmap_ros.points_in import POINTS_TOPIC, PointsIn
 from stairmap_ros.results_out import ResultsOut
 from stairmap_ros.stairway_map import StairwayMap
 from stairmap_ros.status_out import StatusOut
+from stairmap_ros.sweep_worker import SweepWorker
 from stairmap_ros.time_jumps import TimeJumps
 from stairmap_ros.transforms_in import TransformsIn
 
@@ -47,8 +49,11 @@ class NodeParts:
     """
 
     def __init__(self, node: Node, own: NodeConfig, config: Config) -> None:
-        self._node, self._own = node, own
+        self._node, self._own, self._config = node, own, config
         self._worker: ImageWorker | None = None
+        self._sweep_worker: SweepWorker | None = None
+        self._depth: DepthIn | None = None
+        self._points: PointsIn | None = None
         with ExitStack() as made:
             self._make_outputs_and_map(made, config)
             self._make_inputs(made)
@@ -74,12 +79,7 @@ class NodeParts:
 
     def _make_inputs(self, made: ExitStack) -> None:
         node, own = self._node, self._own
-        topics = find_depth_topics(node, own.depth_transport)
-        self._status = NodeStatus(
-            {topics.depth: "depth image", topics.camera_info: "camera_info"},
-            max_silence=own.max_silence,
-            now=time.monotonic(),
-        )
+        self._status = _make_status(node, own)
         self._pending: PendingFrames[Any] = PendingFrames(max_wait=own.max_transform_wait)
         self._jumps = TimeJumps()
         transforms = TransformsIn(
@@ -90,7 +90,10 @@ class NodeParts:
             changed=self._pending.transforms_changed,
         )
         self._transforms = made.enter_context(closing(transforms))
-        self._depth = made.enter_context(closing(DepthIn(node, own, self._status, self._take_image)))
+        if own.inputs != "points":
+            self._depth = made.enter_context(closing(DepthIn(node, own, self._status, self._take_image)))
+        if own.inputs != "depth":
+            self._points = made.enter_context(closing(PointsIn(node, own, self._status, self._watch_clock)))
         made.enter_context(closing(PathIn(node, self._live_map, own.map_frame)))
         reports = StatusOut(
             node,
@@ -111,15 +114,28 @@ class NodeParts:
             transforms=self._transforms,
             live_map=self._live_map,
             status=self._status,
-            camera_info=lambda: self._depth.info,
-            now_ns=lambda: int(self._node.get_clock().now().nanoseconds),
+            camera_info=lambda: None if self._depth is None else self._depth.info,
+            now_ns=self._now_ns,
         )
+        if self._points is not None:
+            self._sweep_worker = SweepWorker(
+                self._own,
+                self._config,
+                points=self._points,
+                transforms=self._transforms,
+                live_map=self._live_map,
+                status=self._status,
+                now_ns=self._now_ns,
+            )
 
     def deactivate(self) -> None:
         """Stop looking at images; the map and its topics stay."""
         if self._worker is not None:
             self._worker.close()
             self._worker = None
+        if self._sweep_worker is not None:
+            self._sweep_worker.close()
+            self._sweep_worker = None
         self.save()
 
     def close(self) -> None:
@@ -137,15 +153,19 @@ class NodeParts:
         else:
             self._status.set_problem("map file", None)
 
+    def _now_ns(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
+
     def _is_active(self) -> bool:
-        if self._worker is not None and not self._worker.is_alive:
+        workers = [worker for worker in (self._worker, self._sweep_worker) if worker is not None]
+        if not all(worker.is_alive for worker in workers):
             raise RuntimeError("the worker has ended with an error, told above")
         return self._worker is not None
 
     def _take_image(self, message: Any, arrived: float) -> None:
         stamp_ns = stamp_of(message)
         self._watch_clock("images", stamp_ns)
-        if self._depth.info is not None and self._worker is not None:
+        if self._depth is not None and self._depth.info is not None and self._worker is not None:
             self._pending.put(PendingFrame(message=message, stamp_ns=stamp_ns, arrived=arrived))
 
     def _watch_clock(self, source: str, stamp_ns: int) -> None:
@@ -155,7 +175,22 @@ class NodeParts:
         self._status.num_jumps += 1
         self._transforms.clear()
         self._pending.clear()
+        if self._points is not None:
+            self._points.clear()
         self._live_map.forget_way()
         self._node.get_logger().warning(
             f"{source}: time went back by {back_ns * 1e-9:.1f} s; transforms are forgotten, the map is kept"
         )
+
+
+def _make_status(node: Node, own: NodeConfig) -> NodeStatus:
+    """A status that misses what the node is to look at."""
+    topics, wanted = {}, "point cloud"
+    if own.inputs != "points":
+        found = find_depth_topics(node, own.depth_transport)
+        topics = {found.depth: "depth image", found.camera_info: "camera_info"}
+        wanted = "depth image with its camera_info"
+    if own.inputs != "depth":
+        topics[node.resolve_topic_name(POINTS_TOPIC)] = "point cloud"
+        wanted = wanted if own.inputs == "points" else f"{wanted}, nor any point cloud,"
+    return NodeStatus(topics, max_silence=own.max_silence, now=time.monotonic(), wanted=wanted)

@@ -53,10 +53,19 @@ class NodeStatus:
         After so long without a message, s, a topic is silent.
     now
         Time on the monotonic clock, s, as for all methods.
+    wanted
+        What must come.
     """
 
-    def __init__(self, topics: dict[str, str], *, max_silence: float, now: float) -> None:
-        self._topics = topics
+    def __init__(
+        self,
+        topics: dict[str, str],
+        *,
+        max_silence: float,
+        now: float,
+        wanted: str = "depth image with its camera_info",
+    ) -> None:
+        self._topics, self._wanted = topics, wanted
         self._max_silence = max_silence
         self._last_came: dict[str, float] = {}
         self._last_pair = now
@@ -173,7 +182,7 @@ class NodeStatus:
         what = "; ".join(silent) or self._refusal or "depth and camera_info do not go together"
         if CLOCK in self._problems:
             what += f"; {self._problems[CLOCK]}"
-        return f"no depth image with its camera_info for {silence:.1f} s: {what}"
+        return f"no {self._wanted} for {silence:.1f} s: {what}"
 
     def _describe_result(self, num_stairways: int) -> str:
         if num_stairways:

@@ -95,6 +95,18 @@ class StairwayMap:
             self.viewpoints.add(stamp_ns, map_from_camera, shows_stairs=wanted[0])
             self._mark_changed()
 
+    def add_points(self, detection: Detection, map_from_sensor: Transform) -> None:
+        """Let what was found in points, such as a window of sweeps, enter the map, if it is of use."""
+        if not detection or not self.viewpoints.is_wanted(map_from_sensor, shows_stairs=True):
+            return
+        stamp_ns, index_ns = detection.stamp_ns, self.viewpoints.next_index_stamp_ns
+        observations = tuple(replace(item, stamp_ns=index_ns) for item in detection.observations)
+        self._session.take_points(
+            replace(detection, stamp_ns=index_ns, observations=observations), map_from_sensor
+        )
+        self.viewpoints.add(stamp_ns, map_from_sensor, shows_stairs=True)
+        self._mark_changed()
+
     def stairways(self) -> tuple[Stairway, ...]:
         """Return the stairways with real stamps; asked anew after a change, in a bounded share of time."""
         started = time.monotonic()
