@@ -8,7 +8,7 @@ PYTHON ?= $(shell for name in python3.13 python3.12 python3.11 python3.10 python
 	$$name -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1 \
 	&& echo $$name && break; done)
 
-.PHONY: help demo test nightly kernels sanitize mutants lint docs clean ros-environment
+.PHONY: help demo test nightly kernels sanitize mutants lint docs site clean ros-environment
 
 help:
 	@echo "make demo     a simulated robot at a known stairway: estimated against true"
@@ -19,6 +19,7 @@ help:
 	@echo "make mutants  a sample of faults put into the code: how many of them the tests notice"
 	@echo "make lint     ruff, mypy, import-linter"
 	@echo "make docs     docs/configuration.md and the ROS 2 node's parameters from the code"
+	@echo "make site     the documentation as a site, in site/"
 	@echo "make clean    remove the virtual environment and caches"
 
 demo: $(VENV)/.installed-demo
@@ -70,8 +71,16 @@ docs: $(VENV)/.installed-dev
 	mv docs/configuration.md.new docs/configuration.md
 	PYTHONPATH=ros/stairmap_ros $(BIN)/python -m stairmap_ros.node_config ros/stairmap_ros docs/ros2.md
 
+# The site, in site/; links that lead nowhere and names without a docstring end it.
+site: $(VENV)/.installed-docs
+	$(BIN)/mkdocs build --strict
+
+$(VENV)/.installed-docs: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	@touch $@
+
 clean:
-	rm -rf $(VENV) .venv-ros build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) .venv-ros build dist site .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 
 $(BIN)/python:
 	@test -n "$(PYTHON)" || { echo "stairmap needs Python 3.10 or newer with venv; \

@@ -1,0 +1,37 @@
+"""Bring files beside docs/ into the site: pages link to them as ``../NAME``, which also works on GitHub."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+ROOT = Path(__file__).resolve().parents[1]
+
+PAGES = ("BENCHMARKS.md", "CHANGELOG.md", "CONTRIBUTING.md", "benchmarks/trials.md")
+"""Pages of the site that stand beside docs/."""
+
+_LINK = re.compile(r"\]\(\.\./([^)#\s]+)")
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages, and each file that a page links to."""
+    names = set(PAGES)
+    for file in files.documentation_pages():
+        names.update(_LINK.findall(file.content_string))
+    for name in sorted(names):
+        if (ROOT / name).is_file():
+            files.append(File.generated(config, name, abs_src_path=str(ROOT / name)))
+        elif (ROOT / name).is_dir():
+            raise FileNotFoundError(f"the site can link to files, not to the folder {name}")
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Let links find these files in the site, from docs/ and from the pages beside it."""
+    if page.file.src_uri in PAGES:
+        markdown = markdown.replace("](docs/", "](")
+    return _LINK.sub(r"](\1", markdown)
