@@ -14,6 +14,7 @@ from stairmap.detection.observation import Detection
 from stairmap.exploration.body import Body
 from stairmap.exploration.layer_map import RESOLUTION
 from stairmap.exploration.levels import Level, LevelBook
+from stairmap.exploration.localizer import Localizer, Placed
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.open_ground import find_open_ground
 from stairmap.exploration.scans import Scan, scan_from_view
@@ -103,15 +104,25 @@ class ExplorationMap:
         Of the stair detector and modeler.
     allow_unknown
         Whether stairs are also tried where nobody knows whether the robot can climb them.
+    has_perfect_odometry
+        Whether the poses of odometry need no correction.
     """
 
     def __init__(
-        self, body: Body, start: Planar, config: Config | None = None, *, allow_unknown: bool = False
+        self,
+        body: Body,
+        start: Planar,
+        config: Config | None = None,
+        *,
+        allow_unknown: bool = False,
+        has_perfect_odometry: bool = True,
     ) -> None:
         self.body, self.pose = body, start
         self.session = MapSession(config)
         self.levels = LevelBook()
         self.stairs = StairBook(body.profile, allow_unknown=allow_unknown)
+        self.localizer = Localizer(start, is_perfect=has_perfect_odometry)
+        self._placed: list[Placed] = []
         self.records: list[Record] = []
         self.poses: list[Planar] = []
         self.last_scan: Scan | None = None
@@ -127,7 +138,7 @@ class ExplorationMap:
 
     def believed(self, odometry: Planar) -> Planar:
         """Return where the robot is in the map when odometry says where it is."""
-        return odometry
+        return self.localizer.predict(odometry)
 
     def believe(self, odometry: Planar) -> None:
         """Move the robot to where odometry says that it is."""
@@ -135,8 +146,9 @@ class ExplorationMap:
 
     def take(self, view: View) -> None:
         """Take in a frame of the robot where it is now, on its level or, without one, on stairs."""
-        self.believe(view.odometry)
         scan = scan_from_view(view, top=self.body.top + 0.1)
+        self.pose = self.localizer.correct(scan, view.odometry, self._placed)
+        self._placed.append(Placed(scan=scan, pose=self.pose))
         map_from_camera = map_from_body(self.pose) @ view.body_from_camera
         self.last_detection = self.session.add(view.frame, map_from_camera)
         self.num_detections += bool(self.last_detection)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stairmap.arrays import IntArray, Mask, Points
 from stairmap.exploration.odometry import Planar
-from stairmap.exploration.scans import DROP, FLOOR, OBSTACLE, Scan
+from stairmap.exploration.scans import DROP, FLOOR, HIGH, OBSTACLE, Scan
 from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 RESOLUTION = 0.05
@@ -56,10 +56,13 @@ class LayerMap:
     def add(self, scan: Scan, pose: Planar, *, radius: float) -> None:
         """Take in a scan of a robot that stood on this level at a pose, with a body of this radius, m."""
         self._note_change()
-        cells = np.floor(scan.placed(pose)[:, :2] / RESOLUTION).astype(np.int64)
+        is_low = scan.kinds != HIGH
+        cells = np.floor(scan.placed(pose)[is_low, :2] / RESOLUTION).astype(np.int64)
         own = self._disc(pose.x, pose.y, radius)
         cells = np.concatenate([cells, own])
-        kinds = np.concatenate([scan.kinds.astype(np.int64), np.full(len(own), FLOOR, dtype=np.int64)])
+        kinds = np.concatenate(
+            [scan.kinds[is_low].astype(np.int64), np.full(len(own), FLOOR, dtype=np.int64)]
+        )
         self._grow(cells)
         cells = cells - self._low
         columns = self._votes.shape[2]
@@ -67,9 +70,9 @@ class LayerMap:
         flat = np.unique(flat)
         votes = self._votes.reshape(-1)
         votes[flat] = np.minimum(votes[flat].astype(np.int64) + 1, 60_000).astype(np.uint16)
-        is_obstacle = scan.kinds == OBSTACLE
+        is_obstacle = scan.kinds[is_low] == OBSTACLE
         at = cells[: len(is_obstacle)][is_obstacle]
-        np.maximum.at(self._tops, (at[:, 1], at[:, 0]), scan.points[is_obstacle, 2])
+        np.maximum.at(self._tops, (at[:, 1], at[:, 0]), scan.points[is_low][is_obstacle, 2])
         own = own - self._low
         self._trail[own[:, 1], own[:, 0]] |= True
 

@@ -35,7 +35,18 @@ BLIND_MARGIN = 0.15
 """The ground between the robot and the nearest that its camera can see counts as seen if floor is seen there,
 at most so much beyond, m."""
 
-FLOOR, OBSTACLE, DROP = 0, 1, 2
+TOO_NEAR = (0.32, 0.50)
+"""Where the lower part of a whole column measures nothing, something stands nearer than the camera sees, or the
+floor ends: an obstacle between these distances, m, the farther the camera's shortest range."""
+
+MIN_EMPTY_SHARE = 0.4
+"""Lower part of a column that counts for that."""
+
+MAX_HEIGHT = 2.5
+"""What is higher than this is left out, m: ceilings tell nothing of a place."""
+
+FLOOR, OBSTACLE, DROP, HIGH = 0, 1, 2, 3
+"""Kinds of points; ``HIGH`` ones are above the body: no obstacles, but they tell where a scan was taken."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +60,7 @@ class Scan:
     points
         (N, 3) float32, m: x ahead, y left, z above the robot's ground.
     kinds
-        (N,) int8: floor 0, obstacle 1, drop 2.
+        (N,) int8: floor 0, obstacle 1, drop 2, high 3.
     """
 
     stamp_ns: int
@@ -91,15 +102,34 @@ def scan_from_view(view: View, *, top: float) -> Scan:
     with np.errstate(invalid="ignore"):
         kinds[(height > FLOOR_LOW) & (height <= FLOOR_HIGH)] = FLOOR
         kinds[(height > FLOOR_HIGH) & (height < top)] = OBSTACLE
+        kinds[(height >= top) & (height < MAX_HEIGHT)] = HIGH
         kinds[height < DROP_HEIGHT] = DROP
     kinds[~seen] = -1
     blind = _blind_ground(points, distance, kinds, rays @ rotation.T, float(position[2]))
+    near = _too_near(depth, rays @ rotation.T)
     kept = kinds >= 0
-    every = np.concatenate([points[kept], blind])
-    kind = np.concatenate([kinds[kept], np.full(len(blind), FLOOR, dtype=np.int8)])
+    every = np.concatenate([points[kept], blind, near])
+    kind = np.concatenate(
+        [
+            kinds[kept],
+            np.full(len(blind), FLOOR, dtype=np.int8),
+            np.full(len(near), OBSTACLE, dtype=np.int8),
+        ]
+    )
     keys = np.column_stack([np.round(every / GRAIN).astype(np.int64), kind])
     _, first = np.unique(keys @ np.array([1, 1 << 12, 1 << 24, 1 << 40]), return_index=True)
     return Scan(stamp_ns=frame.stamp_ns, points=every[first].astype(np.float32), kinds=kind[first])
+
+
+def _too_near(depth: Float64Array, rays: Points) -> Points:
+    """Return points of what stands before columns that measure nothing."""
+    lower = depth[round((1 - MIN_EMPTY_SHARE) * len(depth)) :]
+    columns = np.flatnonzero(~np.isfinite(lower).any(axis=0))
+    ahead = rays[-1, columns, :2]
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1), 1e-9)[:, None]
+    distances = np.linspace(*TOO_NEAR, 5)[:, None, None]
+    level = (distances * ahead).reshape(-1, 2)
+    return np.column_stack([level, np.full(len(level), 0.3)])
 
 
 def _blind_ground(

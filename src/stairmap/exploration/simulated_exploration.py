@@ -80,7 +80,12 @@ class SimulatedExploration:
         sensor = make_sensor(SENSOR, factor=DRIVING_FACTOR)
         self.options = options
         self.robot = SimulatedRobot(world, body, sensor, placed, seed=options.seed, model=model)
-        self.known = ExplorationMap(body, placed, allow_unknown=options.allow_unknown)
+        self.known = ExplorationMap(
+            body,
+            placed,
+            allow_unknown=options.allow_unknown,
+            has_perfect_odometry=options.has_perfect_odometry,
+        )
         self.start = placed
         self.log = DecisionLog()
         self.mission = Mission(

@@ -11,7 +11,7 @@ from stairmap.arrays import Points
 from stairmap.exploration.climber import Climber
 from stairmap.exploration.exploration_map import ExplorationMap
 from stairmap.exploration.pilot import DONE, RUNNING, Progress
-from stairmap.exploration.scans import FLOOR
+from stairmap.exploration.scans import FLOOR, HIGH
 from stairmap.exploration.simulated_robot import SimulatedRobot
 from stairmap.exploration.stair_links import Link
 from stairmap.geometry import wrapped_angle
@@ -149,7 +149,7 @@ class SimulatedPilot:
         scan = self._known.last_scan
         if scan is None or not self._known.poses:
             return step
-        points = scan.placed(self._known.poses[-1])[scan.kinds != FLOOR]
+        points = scan.placed(self._known.poses[-1])[(scan.kinds != FLOOR) & (scan.kinds != HIGH)]
         pose = self._known.pose
         offset = points[:, :2] - [pose.x, pose.y]
         cosine, sine = math.cos(pose.heading), math.sin(pose.heading)

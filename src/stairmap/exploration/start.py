@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,6 +31,9 @@ MAX_FLOORS = 12
 
 CEILING = 8.0
 """What has nothing above it up to this height is outside, m."""
+
+CLEAR_RADIUS = 0.9
+"""A start that is found has so much room about it, m, if there is one: what stands nearer cannot be seen."""
 
 VIEW = 10.0
 """How far the room about a start counts, m."""
@@ -78,7 +82,10 @@ def find_start(world: World, body: Body) -> Planar:
         if flaw:
             continue
         level = abs(float(place[2])) if level is None else level
-        room = _room(world, np.array([place[0], place[1], height]))
+        ground = np.array([place[0], place[1], height])
+        room = _room(world, ground)
+        if world.is_blocked(ground, replace(body, radius=CLEAR_RADIUS)):
+            room -= VIEW
         if best is None or room > best[0]:
             best = (room, np.array([place[0], place[1], height]))
     if best is None:

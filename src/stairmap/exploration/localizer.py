@@ -1,0 +1,232 @@
+"""Where the robot is in the map: odometry, corrected by laying what it sees over what it saw before.
+
+small_gicp (extra ``explore``) does the registration, against scans taken nearby, early ones too, so that a
+place that is seen again pulls the robot back. Odometry counts as much as it is worth: along a corridor, where
+the view does not tell how far the robot went, it alone decides.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from stairmap.arrays import Float64Array, Points
+from stairmap.errors import MissingPackageError
+from stairmap.exploration.odometry import Planar
+from stairmap.exploration.scans import FLOOR, Scan
+from stairmap.geometry import wrapped_angle
+from stairmap.transforms import invert_transform, vector_from_rotation
+
+VOXEL = 0.10
+"""Points are averaged in cubes of this size, m."""
+
+NEIGHBOURHOOD = 5.0
+"""Scans taken so near are laid over, m."""
+
+HEIGHTS = 2.0
+"""And at most so far above or below, m."""
+
+MAX_SCANS = 30
+"""At most so many of them: the nearest."""
+
+SAME_SPOT, SAME_HEADING = 0.3, math.radians(30)
+"""Of scans that were taken nearer together than this, m and rad, the first counts: it has drifted least."""
+
+REFRESH_DISTANCE, REFRESH_TURN, REFRESH_SCANS = 0.35, math.radians(20), 4
+"""They are gathered anew after this way, m, this turn, rad, or so many scans: a robot that turns comes to
+see what no scan before the last one showed."""
+
+MIN_POINTS = 60
+"""With fewer points there is nothing to lay over."""
+
+MAX_CORRESPONDENCE = 0.30
+"""Farthest pair of points, m."""
+
+MIN_INLIER_SHARE = 0.4
+"""Share of the points that must find a partner."""
+
+CORRELATION = 5.0
+"""Points of one surface err together: so many count as one."""
+
+MAX_SHIFT, MAX_TURN = 0.30, math.radians(10)
+"""A larger correction of one scan is wrong, m and rad."""
+
+PRIOR_SHIFT = (0.01, 0.03)
+"""Standard deviation of a move by odometry: m, and m per m."""
+
+PRIOR_TURN = (math.radians(0.3), 0.08, math.radians(1.0))
+"""Of its turn: rad, rad per rad of turn, rad per m."""
+
+PRIOR_TILT, PRIOR_HEIGHT = math.radians(0.5), 0.02
+"""Of tilt, rad, which the IMU measures, and of height, m, which legs feel."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Placed:
+    """A scan and where it was taken."""
+
+    scan: Scan
+    pose: Planar
+
+
+class Localizer:
+    """Follows the robot's place in the map.
+
+    Parameters
+    ----------
+    start
+        Where the robot begins, in map and odometry alike.
+    is_perfect
+        Whether odometry makes no error; nothing is corrected then.
+
+    Raises
+    ------
+    MissingPackageError
+        Without the package small_gicp, unless odometry is perfect.
+    """
+
+    def __init__(self, start: Planar, *, is_perfect: bool) -> None:
+        self._odometry = self._pose = start
+        self._library: Any = None if is_perfect else _import_gicp()
+        self._target: tuple[Any, Any] | None = None
+        self._target_pose = np.full(4, np.inf)
+        self._target_age = 0
+        self.num_corrected, self.num_refused = 0, 0
+
+    def predict(self, odometry: Planar) -> Planar:
+        """Return where the robot is when odometry says where it is."""
+        if self._library is None:
+            return odometry
+        forward, left, turn = _between(self._odometry, odometry)
+        cosine, sine = math.cos(self._pose.heading), math.sin(self._pose.heading)
+        return Planar(
+            x=self._pose.x + cosine * forward - sine * left,
+            y=self._pose.y + sine * forward + cosine * left,
+            z=odometry.z,
+            heading=self._pose.heading + turn,
+        )
+
+    def correct(self, scan: Scan, odometry: Planar, known: Sequence[Placed]) -> Planar:
+        """Take in a scan; return where it was taken, by odometry and by the scans that are known."""
+        predicted = self.predict(odometry)
+        pose = predicted
+        if self._library is not None:
+            shift, turn = self._correction(scan, predicted, _between(self._odometry, odometry), known)
+            cosine, sine = math.cos(predicted.heading), math.sin(predicted.heading)
+            pose = replace(
+                predicted,
+                x=predicted.x + cosine * shift[0] - sine * shift[1],
+                y=predicted.y + sine * shift[0] + cosine * shift[1],
+                heading=predicted.heading + turn,
+            )
+        self._odometry, self._pose = odometry, pose
+        return pose
+
+    def _correction(
+        self,
+        scan: Scan,
+        predicted: Planar,
+        moved: tuple[float, float, float],
+        known: Sequence[Placed],
+    ) -> tuple[Float64Array, float]:
+        """Return shift (m, ahead and left) and turn (rad) of a scan against where odometry puts it."""
+        nothing = np.zeros(2), 0.0
+        points = scan.points[scan.kinds != FLOOR].astype(np.float64)
+        self._refresh_target(predicted, known)
+        if self._target is None or len(points) < MIN_POINTS:
+            return nothing
+        source, _ = self._library.preprocess_points(points, downsampling_resolution=VOXEL, num_neighbors=10)
+        if len(source) < MIN_POINTS:
+            return nothing
+        cloud, tree = self._target
+        result = self._library.align(
+            cloud,
+            source,
+            tree,
+            init_T_target_source=_matrix(predicted),
+            registration_type="GICP",
+            max_correspondence_distance=MAX_CORRESPONDENCE,
+            max_iterations=20,
+        )
+        if result.num_inliers < MIN_INLIER_SHARE * len(source):
+            self.num_refused += 1
+            return nothing
+        change = invert_transform(_matrix(predicted)) @ np.asarray(result.T_target_source)
+        twist = np.concatenate([vector_from_rotation(change[:3, :3]), change[:3, 3]])
+        # Turns about x, y, z and shifts along x, y, z in the robot's frame, as in the library's information.
+        information = np.asarray(result.H) / CORRELATION
+        posterior = np.linalg.solve(information + np.diag(1 / _prior_std(moved) ** 2), information @ twist)
+        turn, shift = float(posterior[2]), posterior[3:5]
+        if np.hypot(*shift) > MAX_SHIFT or abs(turn) > MAX_TURN:
+            self.num_refused += 1
+            return nothing
+        self.num_corrected += 1
+        return shift, turn
+
+    def _refresh_target(self, pose: Planar, known: Sequence[Placed]) -> None:
+        self._target_age += 1
+        moved = np.abs(pose.to_row() - self._target_pose)
+        if (
+            self._target_age < REFRESH_SCANS
+            and np.hypot(moved[0], moved[1]) < REFRESH_DISTANCE
+            and moved[2] < HEIGHTS / 4
+            and moved[3] < REFRESH_TURN
+        ):
+            return
+        self._target_age, self._target_pose, self._target = 0, pose.to_row(), None
+        if not known:
+            return
+        rows = np.array([placed.pose.to_row() for placed in known])
+        apart = np.hypot(rows[:, 0] - pose.x, rows[:, 1] - pose.y)
+        near = np.flatnonzero((apart < NEIGHBOURHOOD) & (np.abs(rows[:, 2] - pose.z) < HEIGHTS))
+        bins = np.column_stack([rows[near, :3] // SAME_SPOT, rows[near, 3] % (2 * math.pi) // SAME_HEADING])
+        near = near[np.sort(np.unique(bins, axis=0, return_index=True)[1])]
+        near = near[np.argsort(apart[near], kind="stable")][:MAX_SCANS]
+        scans = [known[int(index)] for index in near]
+        clouds: list[Points] = [
+            placed.scan.placed(placed.pose)[placed.scan.kinds != FLOOR] for placed in scans
+        ]
+        every = np.concatenate(clouds) if clouds else np.empty((0, 3))
+        if len(every) >= MIN_POINTS:
+            self._target = self._library.preprocess_points(
+                every, downsampling_resolution=VOXEL, num_neighbors=10
+            )
+
+
+def _import_gicp() -> Any:
+    try:
+        return importlib.import_module("small_gicp")
+    except ImportError as error:
+        raise MissingPackageError("small_gicp", "explore", "exploring with odometry that drifts") from error
+
+
+def _prior_std(moved: tuple[float, float, float]) -> Float64Array:
+    """Standard deviations of turns about x, y, z (rad) and of shifts (m) by IMU and odometry over a move."""
+    way, turn = math.hypot(moved[0], moved[1]), abs(moved[2])
+    heading = PRIOR_TURN[0] + PRIOR_TURN[1] * turn + PRIOR_TURN[2] * way
+    shift = PRIOR_SHIFT[0] + PRIOR_SHIFT[1] * way
+    return np.array([PRIOR_TILT, PRIOR_TILT, heading, shift, shift, PRIOR_HEIGHT])
+
+
+def _between(first: Planar, second: Planar) -> tuple[float, float, float]:
+    """Return the move from one pose to another in the first one's frame: ahead, left (m), turn (rad)."""
+    dx, dy = second.x - first.x, second.y - first.y
+    cosine, sine = math.cos(first.heading), math.sin(first.heading)
+    return (
+        cosine * dx + sine * dy,
+        cosine * dy - sine * dx,
+        float(wrapped_angle(second.heading - first.heading)),
+    )
+
+
+def _matrix(pose: Planar) -> Float64Array:
+    matrix = np.eye(4)
+    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    matrix[:2, :2] = [[cosine, -sine], [sine, cosine]]
+    matrix[:3, 3] = pose.place
+    return matrix

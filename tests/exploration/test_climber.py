@@ -1,0 +1,113 @@
+"""Climbing riser by riser: up, down, and back where it cannot go on; and links that stay themselves."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from small_worlds import SPOT, robot_in, room_with, stairs
+
+from stairmap.exploration.climber import Climber
+from stairmap.exploration.exploration_map import ExplorationMap
+from stairmap.exploration.levels import LevelBook
+from stairmap.exploration.stair_links import MIN_PROBABILITY, StairBook
+from stairmap.navigation.robot_profile import load_robot
+
+
+def prepared(mesh, stairway, *, is_up=True, body=SPOT):
+    top = stairway.flights[0]
+    x = 1.4 if is_up else 2.0 + (top.num_risers - 1) * top.run + 0.6
+    z = 0.0 if is_up else top.num_risers * top.rise
+    robot = robot_in(mesh, x, 2.0, 0.0 if is_up else 180.0, z=z, body=body)
+    known = ExplorationMap(body, robot.pose)
+    known.stairs.update([stairway], known.levels)
+    return robot, known, Climber(robot, known, known.stairs.links[0], is_up=is_up)
+
+
+def carried_out(climber):
+    for _ in range(200):
+        progress = climber.poll()
+        if progress.state != "running":
+            return progress
+    raise AssertionError("the climb does not end")
+
+
+@pytest.mark.parametrize("is_up", [True, False])
+def test_every_riser_is_felt_and_the_robot_ends_on_the_floor_beyond(is_up):
+    mesh, stairway = stairs()
+    robot, _, climber = prepared(mesh, stairway, is_up=is_up)
+    assert carried_out(climber).state == "done"
+    assert len(climber.risers) == 6
+    assert np.abs(climber.risers) == pytest.approx(0.15, abs=1e-3)
+    assert robot.pose.z == pytest.approx(0.9 if is_up else 0.0, abs=1e-3)
+    assert robot.counters.falls == robot.counters.collisions == 0
+
+
+def test_risers_above_the_limit_turn_the_robot_back_to_where_it_began():
+    mesh, stairway = stairs(rise=0.21, run=0.28, num_risers=8)
+    robot, _, climber = prepared(mesh, stairway)
+    progress = carried_out(climber)
+    assert progress.state == "failed"
+    assert "above the robot's limit of 0.178 m" in progress.reason
+    assert robot.pose.x == pytest.approx(1.4, abs=0.02)
+    assert robot.pose.z == pytest.approx(0.0, abs=1e-3)
+
+
+def test_stairs_that_are_not_there_end_the_climb():
+    _, stairway = stairs()
+    robot = robot_in(room_with(), 1.4, 2.0)
+    known = ExplorationMap(SPOT, robot.pose)
+    known.stairs.update([stairway], known.levels)
+    progress = carried_out(Climber(robot, known, known.stairs.links[0], is_up=True))
+    assert progress.state == "failed"
+    assert robot.counters.falls == 0
+
+
+def test_a_link_keeps_its_number_when_its_flight_grows():
+    _, stairway = stairs()
+    flight = stairway.flights[0]
+    book, levels = StairBook(SPOT.profile), LevelBook()
+    levels.enter(0.0)
+    book.update([stairway], levels)
+    grown = dataclasses.replace(flight, num_risers=9, base=flight.base + np.array([0.03, 0.05, 0.0]))
+    book.update([dataclasses.replace(stairway, flights=(grown,))], levels)
+    assert [link.number for link in book.links] == [1]
+    assert book.links[0].flight.num_risers == 9
+    other = dataclasses.replace(flight, base=flight.base + np.array([0.0, 4.0, 0.0]))
+    book.update([dataclasses.replace(stairway, flights=(grown, other))], levels)
+    assert [link.number for link in book.links] == [1, 2]
+
+
+def test_a_link_that_nobody_sees_any_more_is_forgotten_unless_it_was_climbed():
+    _, stairway = stairs()
+    book, levels = StairBook(SPOT.profile), LevelBook()
+    book.update([stairway], levels)
+    book.update([], levels)
+    assert not book.links
+    book.update([stairway], levels)
+    book.links[0].state = "climbed"
+    book.update([], levels)
+    assert len(book.links) == 1
+
+
+@pytest.mark.parametrize(
+    ("rise", "robot", "allow", "expected"),
+    [
+        (0.15, "spot", False, True),
+        (0.21, "spot", False, False),
+        (0.21, "spot", True, False),
+        (0.177, "spot", False, True),
+        (0.183, "spot", False, False),
+        (0.15, "anymal", False, False),
+        (0.15, "anymal", True, True),
+    ],
+)
+def test_what_is_climbed_follows_from_verdict_and_probability(rise, robot, allow, expected):
+    _, stairway = stairs(rise=rise)
+    book = StairBook(load_robot(robot), allow_unknown=allow)
+    book.update([stairway], LevelBook())
+    link = book.links[0]
+    assert link.is_climbable is expected, (link.portal.verdict, link.probability, MIN_PROBABILITY)
+    link.state = "failed"
+    assert not link.is_climbable

@@ -1,0 +1,106 @@
+"""What a frame shows of the ground, and the map that many of them make."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from small_worlds import SPOT, robot_in, room_with
+
+from stairmap.exploration.layer_map import MAX_SLIT, RESOLUTION, LayerMap
+from stairmap.exploration.odometry import Planar
+from stairmap.exploration.open_ground import find_open_ground
+from stairmap.exploration.scans import DROP, FLOOR, HIGH, OBSTACLE, Scan, scan_from_view
+from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from stairmap.simulation.storeys import make_slab
+
+ORIGIN = Planar(x=0.0, y=0.0, z=0.0, heading=0.0)
+
+
+def scan_of(points, kind):
+    points = np.asarray(points, dtype=np.float32).reshape(-1, 3)
+    return Scan(stamp_ns=1, points=points, kinds=np.full(len(points), kind, dtype=np.int8))
+
+
+def patch(x0, x1, y0, y1, z=0.0):
+    x, y = np.meshgrid(np.arange(x0, x1, RESOLUTION / 2), np.arange(y0, y1, RESOLUTION / 2))
+    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, z)])
+
+
+def value(grid, x, y):
+    return grid.value_at((x, y))
+
+
+def test_a_scan_tells_floor_obstacle_and_drop_apart():
+    mesh = room_with(([3.0, 1.0, 0.0], [3.4, 1.6, 0.5]))
+    scan = scan_from_view(robot_in(mesh, 1.5, 1.3).look(), top=0.85)
+    ahead = scan.points[(np.abs(scan.points[:, 1]) < 0.2) & (scan.kinds == OBSTACLE)]
+    assert ahead[:, 0].min() == pytest.approx(1.5, abs=0.05)
+    assert np.abs(scan.points[scan.kinds == FLOOR][:, 2]).max() <= 0.11
+    assert (scan.kinds == HIGH).any()
+    assert not (scan.kinds == DROP).any()
+
+
+def test_ground_too_near_to_be_seen_counts_as_seen_where_floor_follows_it():
+    scan = scan_from_view(robot_in(room_with(), 1.5, 2.0).look(), top=0.85)
+    near = scan.points[np.hypot(scan.points[:, 0], scan.points[:, 1]) < 0.4]
+    assert len(near) > 20
+    edge = robot_in(make_slab((0.0, 0.0, 2.0, 4.0), 0.0), 1.5, 2.0)
+    beyond = scan_from_view(edge.look(), top=0.85)
+    assert not (beyond.points[:, 0] > 0.5).any()
+
+
+def test_a_scan_moves_with_the_pose_of_its_robot():
+    scan = scan_of([[1.0, 0.0, 0.1]], OBSTACLE)
+    placed = scan.placed(Planar(x=2.0, y=3.0, z=1.0, heading=np.pi / 2))
+    assert placed[0] == pytest.approx([2.0, 4.0, 1.1], abs=1e-6)
+
+
+def test_an_obstacle_takes_two_frames_and_unknown_stays_unknown():
+    layer = LayerMap(0.0)
+    layer.add(scan_of(patch(0.5, 2.0, -0.5, 0.5), FLOOR), ORIGIN, radius=0.25)
+    layer.add(scan_of(patch(1.0, 1.2, -0.2, 0.2, 0.4), OBSTACLE), ORIGIN, radius=0.25)
+    assert value(layer.grid(), 1.1, 0.0) == FREE
+    layer.add(scan_of(patch(1.0, 1.2, -0.2, 0.2, 0.4), OBSTACLE), ORIGIN, radius=0.25)
+    assert value(layer.grid(), 1.1, 0.0) == OCCUPIED
+    assert value(layer.grid(), 1.7, 0.0) == FREE
+    assert value(layer.grid(), 1.7, 1.2) in (UNKNOWN, None)
+    assert layer.tops.max() == pytest.approx(0.4, abs=1e-6)
+
+
+def test_a_drop_is_occupied_but_a_slit_is_none():
+    layer = LayerMap(0.0)
+    layer.add(scan_of(patch(0.3, 3.0, -0.6, 0.6), FLOOR), ORIGIN, radius=0.25)
+    slit = (MAX_SLIT - 1.5) * RESOLUTION
+    for _ in range(2):
+        layer.add(scan_of(patch(1.0, 1.0 + slit, -0.5, 0.5, -1.0), DROP), ORIGIN, radius=0.25)
+        layer.add(scan_of(patch(2.0, 2.6, -0.5, 0.5, -1.0), DROP), ORIGIN, radius=0.25)
+    assert value(layer.grid(), 2.3, 0.0) == OCCUPIED
+    assert value(layer.grid(), 1.02, 0.0) == FREE
+    assert layer.drops().any()
+
+
+def test_a_map_grows_and_keeps_what_it_has():
+    layer = LayerMap(0.0)
+    layer.add(scan_of(patch(0.5, 1.5, -0.5, 0.5), FLOOR), ORIGIN, radius=0.25)
+    layer.settle(np.array([[1.0, 0.0]]), 0.1)
+    before = layer.settled.sum()
+    far = Planar(x=-30.0, y=40.0, z=0.0, heading=0.0)
+    layer.add(scan_of(patch(0.5, 1.5, -0.5, 0.5), FLOOR), far, radius=0.25)
+    assert value(layer.grid(), 1.0, 0.0) == FREE
+    assert value(layer.grid(), -29.0, 40.0) == FREE
+    assert layer.settled.sum() == before
+
+
+def test_open_ground_keeps_clear_of_obstacles_and_of_unknown_but_not_of_the_robots_own_way():
+    cells = np.full((60, 60), FREE, dtype=np.int8)
+    cells[:, :10] = UNKNOWN
+    cells[:, 50:] = OCCUPIED
+    grid = OccupancyGrid(cells=cells, resolution=0.05, origin=(0.0, 0.0))
+    trail = np.zeros((60, 60), dtype=bool)
+    found = find_open_ground(grid, trail, SPOT)
+    centers = found.centers(*np.nonzero(found.cells == FREE))
+    assert centers[:, 0].min() == pytest.approx(0.5 + 0.2, abs=0.11)
+    assert centers[:, 0].max() == pytest.approx(2.5 - SPOT.radius - SPOT.clearance, abs=0.11)
+    trail[24:36, 44:56] = True
+    again = find_open_ground(grid, trail, SPOT)
+    assert (again.cells == FREE).sum() > (found.cells == FREE).sum()
