@@ -66,7 +66,7 @@ def run_mission(
         "world": world, "robot": robot, "strategy": options.strategy, "seed": options.seed,
         "perfect": options.has_perfect_odometry,
         **{key: value for key, value in outcome.to_dict().items() if key != "coverage"},
-        "true_floors": len(truth.heights()), "reachable_m2": truth.area_m2,
+        "true_floors": len(truth.heights(2.0)), "reachable_m2": truth.area_m2,
         "mapped_share": mapped_share(exploration, truth.places) if options.has_perfect_odometry else None,
         "way_to_95": way_to(marks, 0.95 * outcome.area_m2), "cpu_s": cpu,
         "decision_ms": [float(np.percentile([d.duration_s for d in exploration.log.decisions], q)) * 1e3

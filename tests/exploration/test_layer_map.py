@@ -79,6 +79,12 @@ def test_a_drop_is_occupied_but_a_slit_is_none():
     assert layer.drops().any()
 
 
+def test_a_map_of_nothing_is_unknown():
+    layer = LayerMap(0.0)
+    assert (layer.grid().cells == UNKNOWN).all()
+    assert not layer.drops().any()
+
+
 def test_a_map_grows_and_keeps_what_it_has():
     layer = LayerMap(0.0)
     layer.add(scan_of(patch(0.5, 1.5, -0.5, 0.5), FLOOR), ORIGIN, radius=0.25)

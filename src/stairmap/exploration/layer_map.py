@@ -119,6 +119,9 @@ class LayerMap:
         self._grid = None
 
     def _make_grid(self) -> OccupancyGrid:
+        if not self._trail.size:
+            nothing = np.full((1, 1), UNKNOWN, dtype=np.int8)
+            return OccupancyGrid(cells=nothing, resolution=RESOLUTION, origin=(0.0, 0.0))
         floor, obstacle, drop = (self._votes[kind].astype(np.int32) for kind in (FLOOR, OBSTACLE, DROP))
         is_obstacle = (obstacle >= MIN_OBSTACLE_VOTES) & (obstacle > MIN_OBSTACLE_SHARE * floor)
         is_drop = _wide(drop > floor, MAX_SLIT)
@@ -131,12 +134,12 @@ class LayerMap:
         cells[is_obstacle] = OCCUPIED
         cells[self._trail & ~is_drop] = FREE
         low = self._low * RESOLUTION
-        if not cells.size:
-            cells = np.full((1, 1), UNKNOWN, dtype=np.int8)
         return OccupancyGrid(cells=cells, resolution=RESOLUTION, origin=(float(low[0]), float(low[1])))
 
     def drops(self) -> Mask:
         """Return the (rows, columns) cells where the ground lies lower."""
+        if not self._trail.size:
+            return np.zeros((1, 1), dtype=np.bool_)
         floor, drop = self._votes[FLOOR].astype(np.int32), self._votes[DROP].astype(np.int32)
         return _wide(drop > floor, MAX_SLIT)
 

@@ -36,8 +36,8 @@ BLIND_MARGIN = 0.15
 at most so much beyond, m."""
 
 TOO_NEAR = (0.32, 0.50)
-"""Where the lower part of a whole column measures nothing, something stands nearer than the camera sees, or the
-floor ends: an obstacle between these distances, m, the farther the camera's shortest range."""
+"""Where the lower part of a whole column measures nothing, something stands too near to be seen, or the floor
+ends: an obstacle between these distances, m, the farther the camera's shortest range."""
 
 MIN_EMPTY_SHARE = 0.4
 """Lower part of a column that counts for that."""
