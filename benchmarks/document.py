@@ -15,13 +15,13 @@ DOCUMENT = ROOT / "BENCHMARKS.md"
 
 _TITLE = """# Benchmarks
 
-Made by `accuracy.py`, `kinds.py`, `speed.py`, `planning.py`, `ros_node.py`, `bags.py`, `batch.py`,
+Made by `accuracy.py`, `kinds.py`, `edges.py`, `speed.py`, `planning.py`, `ros_node.py`, `bags.py`, `batch.py`,
 `points.py` and `mutants.py` in `benchmarks/`; do not edit by hand.
 What is judged, and how, is told in [docs/evaluation.md](docs/evaluation.md). `delmerico2013` is the method
 of ARL-TR-6381, the baseline.
 """
 
-_SECTIONS = ("accuracy", "kinds", "speed", "planning", "ros", "bags", "batch", "points", "mutants")
+_SECTIONS = ("accuracy", "kinds", "edges", "speed", "planning", "ros", "bags", "batch", "points", "mutants")
 
 
 def write_section(name: str, text: str) -> None:
