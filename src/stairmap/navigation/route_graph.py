@@ -153,8 +153,11 @@ def make_route_graph(
         for start, end in combinations(members, 2):
             way = _find_floor_way(planner, level, nodes[start].position, nodes[end].position)
             if way is None:
-                pair = " and ".join(f"{value:.2f}" for value in nodes[start].position[:2])
-                notes.append(f"floor {level}: no free way was seen from the stairs at {pair} to others")
+                pair = " and ".join(
+                    f"({nodes[number].position[0]:.2f}, {nodes[number].position[1]:.2f})"
+                    for number in (start, end)
+                )
+                notes.append(f"floor {level}: no free way was seen between the stairs at {pair}")
                 continue
             between = [
                 RouteNode(position=np.array([*place, nodes[start].position[2]]), level=level, kind="waypoint")
