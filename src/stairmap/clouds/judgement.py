@@ -31,11 +31,20 @@ MAX_FLATNESS = 0.65
 MAX_TURN = np.radians(5.0)
 """Largest angle of a nosing against the others, rad: eight winders to a quarter turn differ by 11 degrees."""
 
+MIN_POINTS_ON_STEP = 8.0
+"""Fewest points on a step, on average: fewer lie on some lattice by chance."""
+
 ABOVE = 0.45
 """So far above the steps points count against the profile, m: below handrails."""
 
 ENVELOPE_SLACK = 0.02
 """The envelope is widened by two standard deviations, but by no more than this, m."""
+
+MIN_TURN_POINTS = 8
+"""Fewest points, or pieces of a front edge, that tell an angle."""
+
+FRONT_PIECE = 0.04
+"""Width of the pieces in which the front edge of a tread is looked for, m."""
 
 MIN_TURN_LENGTH = 0.35
 """A nosing seen over less than this tells no angle, m."""
@@ -49,6 +58,8 @@ class Support:
     ----------
     on_profile
         Share of the points on and above the steps that lie on the profile.
+    num_on
+        How many these are.
     turn
         Largest angle of a single nosing against the others, rad; NaN where none tells.
     flatness
@@ -56,6 +67,7 @@ class Support:
     """
 
     on_profile: float
+    num_on: int
     turn: float
     flatness: float
 
@@ -97,6 +109,7 @@ def find_rejections(
     support = measure_support(section, sides, points, noise)
     check("max_irregularity", irregularity(profile), MAX_IRREGULARITY + noise, "m", is_least=False)
     check("max_flatness", support.flatness, MAX_FLATNESS, "1", is_least=False)
+    check("min_points_on_step", support.num_on / profile.num_steps, MIN_POINTS_ON_STEP, "1")
     check("min_on_profile", support.on_profile, MIN_ON_PROFILE, "1")
     if np.isfinite(support.turn):
         check("max_turn", np.degrees(support.turn), np.degrees(MAX_TURN), "deg", is_least=False)
@@ -134,17 +147,46 @@ def measure_support(section: Section, sides: StepSides, points: Float64Array, no
     turns = []
     for number in range(profile.num_steps):
         part = on_riser & (nearest == number) & (z > levels[number] + core)
-        turns.append(_slope(to_riser[part], t[part]))
-    known = np.array([value for value in turns if np.isfinite(value)])
-    turn = float(np.abs(np.arctan(known) - np.arctan(np.median(known))).max()) if len(known) else float("nan")
-    return Support(on_profile=share, turn=turn, flatness=flatness)
+        slope = _slope(to_riser[part], t[part])
+        if not np.isfinite(slope[0]):
+            part = (step == number) & on_tread
+            slope = _slope(*_front_ends(s[part] - nosings[number], t[part]))
+        turns.append(slope)
+    turn = _largest_turn(np.array(turns))
+    return Support(on_profile=share, num_on=int(np.count_nonzero(on)), turn=turn, flatness=flatness)
 
 
-def _slope(s: Float64Array, t: Float64Array) -> float:
-    if len(t) < 10 or np.ptp(t) < MIN_TURN_LENGTH:
-        return float("nan")
+def _slope(s: Float64Array, t: Float64Array) -> tuple[float, float]:
+    """Slope of s over t and its standard deviation; NaN where too few points tell."""
+    if len(t) < MIN_TURN_POINTS or np.ptp(t) < MIN_TURN_LENGTH:
+        return float("nan"), float("nan")
     centered = t - t.mean()
-    return float((centered * s).sum() / (centered**2).sum())
+    spread = float((centered**2).sum())
+    slope = float((centered * s).sum()) / spread
+    rest = s - s.mean() - slope * centered
+    return slope, float(np.sqrt((rest**2).sum() / max(len(t) - 2, 1) / spread))
+
+
+def _front_ends(s: Float64Array, t: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Where a tread begins, piece by piece across: s and t of each piece's foremost points."""
+    if not len(t):
+        return s, t
+    piece = ((t - t.min()) / FRONT_PIECE).astype(np.int64)
+    order = np.lexsort((s, piece))
+    place = np.arange(len(order)) - np.searchsorted(piece[order], piece[order])
+    # The second one: the first may be a stray.
+    chosen = order[place == 1]
+    return s[chosen], t[chosen]
+
+
+def _largest_turn(slopes: Float64Array) -> float:
+    """Largest angle of a nosing against the others beyond twice its standard deviation, rad."""
+    slopes = slopes[np.isfinite(slopes[:, 0])]
+    if len(slopes) < 2:
+        return float("nan")
+    angle = np.arctan(slopes[:, 0])
+    beyond = np.abs(angle - np.median(angle)) - 2.0 * slopes[:, 1]
+    return float(max(beyond.max(), 0.0))
 
 
 def _flatness(s: Float64Array, z: Float64Array, off_profile: Float64Array) -> float:

@@ -39,7 +39,10 @@ def fit_line(
     step = known[1]
     if np.ptp(index) == 0:
         return float(np.mean(place - index * step)), step
-    step = _better_step(index, place, _median_step(index, place, step))
+    step = _median_step(index, place, step)
+    if not is_last_outer:
+        # Of heights, tops and undersides of slabs would be joined by a wrong step.
+        step = _better_step(index, place, step)
     total = np.hypot(std, IRREGULARITY)
     start = place - index * step
     near = np.abs(start[:, None] - start[None, :]) < SAME_LINE

@@ -212,7 +212,10 @@ def _without_undersides(lattice: StepLattice, treads: Surfaces) -> Surfaces:
 def _measure(strip: Strip, lattice: StepLattice, num_steps: int) -> _Measured:
     index = np.arange(num_steps)
     treads = measure_treads(strip, lattice, np.arange(-1, num_steps))
-    risers, fronts = measure_risers(strip, lattice, index), measure_fronts(strip, lattice, index, treads)
+    risers, fronts = (
+        measure_risers(strip, lattice, index, treads),
+        measure_fronts(strip, lattice, index, treads),
+    )
     both = risers.is_seen & fronts.is_seen
     overhang, overhang_std = 0.0, float("nan")
     if np.count_nonzero(both) >= 2 and strip.noise < MAX_OVERHANG_NOISE:
@@ -239,8 +242,9 @@ def _measure(strip: Strip, lattice: StepLattice, num_steps: int) -> _Measured:
 def _extend(strip: Strip, lattice: StepLattice, num_steps: int) -> tuple[StepLattice, int] | None:
     """Extend a lattice at both ends, and cut off what was not seen."""
     index = np.arange(-EXTENSION, num_steps + EXTENSION)
-    level = measure_treads(strip, lattice, np.append(index[0] - 1, index)).is_seen
-    is_seen = measure_risers(strip, lattice, index).is_seen | (level[1:] & level[:-1])
+    treads = measure_treads(strip, lattice, np.append(index[0] - 1, index))
+    level = treads.is_seen
+    is_seen = measure_risers(strip, lattice, index, treads).is_seen | (level[1:] & level[:-1])
     seen = np.flatnonzero(is_seen)
     if not len(seen):
         return None

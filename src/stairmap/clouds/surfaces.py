@@ -68,6 +68,9 @@ PEAK_WIDTH, MIN_PEAK_WIDTH = 1.5, 0.006
 OUTER_SHARE = 0.4
 """The outermost surface that has this share of the points of the fullest one is the one that counts."""
 
+MIN_TREAD_DEPTH = 0.05
+"""A tread reaches over more depth than this, m: one line of a far scanner does not."""
+
 MIN_RISER_HEIGHT = 0.035
 """A riser reaches over more height than this, m: a third of the lowest, in its window."""
 
@@ -170,20 +173,35 @@ def measure_treads(strip: Strip, lattice: StepLattice, index: IntArray) -> Surfa
     for k in index.tolist():
         s, z = float(lattice.nosing(k)), float(lattice.level(k))
         along = (s + TREAD_WINDOW[0] * lattice.run, s + TREAD_WINDOW[1] * lattice.run)
-        results.append(_find_surface(strip, strip.box(along, (z - reach, z + reach)), axis=2, is_last=True))
+        results.append(
+            _find_surface(
+                strip,
+                strip.box(along, (z - reach, z + reach)),
+                axis=2,
+                is_last=True,
+                min_extent=MIN_TREAD_DEPTH,
+            )
+        )
     return _stacked(results)
 
 
-def measure_risers(strip: Strip, lattice: StepLattice, index: IntArray) -> Surfaces:
-    """Measure the distance of each riser near its place."""
+def measure_risers(strip: Strip, lattice: StepLattice, index: IntArray, treads: Surfaces) -> Surfaces:
+    """Measure the distance of each riser near its place.
+
+    What goes on above is a wall, unless the tread behind it was seen: a door may stand flush with a riser.
+    ``treads`` begin with the level before the first of the risers.
+    """
     reach = SEARCH_DISTANCE * lattice.run
     results = []
-    for k in index.tolist():
+    has_tread = treads.is_seen[1:]
+    for row, k in enumerate(index.tolist()):
         s, below = float(lattice.nosing(k)), float(lattice.level(k - 1))
         up = (below + RISER_WINDOW[0] * lattice.rise, below + RISER_WINDOW[1] * lattice.rise)
-        place, std, cover = _find_surface(strip, strip.box((s - reach, s + reach), up), axis=0, is_last=False)
+        place, std, cover = _find_surface(
+            strip, strip.box((s - reach, s + reach), up), axis=0, is_last=False, min_extent=MIN_RISER_HEIGHT
+        )
         top = below + lattice.rise
-        if cover > 0:
+        if cover > 0 and not has_tread[row]:
             core = strip.core
             wall = strip.box((place - core, place + core), (top + WALL_HEIGHT[0], top + WALL_HEIGHT[1]))
             if strip.cover(wall) > WALL_SHARE * cover:
@@ -239,12 +257,12 @@ def goes_on(strip: Strip, along: tuple[float, float], height: float) -> bool:
 
 
 def _find_surface(
-    strip: Strip, inside: Float64Array, *, axis: int, is_last: bool
+    strip: Strip, inside: Float64Array, *, axis: int, is_last: bool, min_extent: float
 ) -> tuple[float, float, float]:
     """Place, standard deviation and cover of the outermost surface along an axis.
 
     Of two surfaces, the back or underside of thin steps being the other, the outer one counts: the last along
-    the axis, or the first.
+    the axis, or the first. A row of points that reaches less far than ``min_extent`` across it is no surface.
     """
     nothing = (float("nan"), float("inf"), 0.0)
     if len(inside) < MIN_POINTS:
@@ -266,15 +284,11 @@ def _find_surface(
         is_on = np.abs(values - middle) < half
         num = np.count_nonzero(is_on)
         cover = strip.cover(inside[is_on]) if num >= MIN_POINTS else 0.0
-        if cover >= MIN_COVER and (is_last or _is_upright(inside[is_on, 2])):
+        extent = float(np.ptp(inside[is_on, 0 if is_last else 2])) if num else 0.0
+        if cover >= MIN_COVER and extent > min_extent:
             std = float(values[is_on].std()) / np.sqrt(max(num / POINTS_PER_SAMPLE, 1.0))
             return middle if is_last else -middle, float(np.hypot(std, COMMON_ERROR)), cover
     return nothing
-
-
-def _is_upright(height: Float64Array) -> bool:
-    """Whether points reach over a height as those of a riser do, rather than lie on a level."""
-    return bool(np.ptp(height) > MIN_RISER_HEIGHT)
 
 
 def _stacked(results: list[tuple[float, float, float]]) -> Surfaces:
