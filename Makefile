@@ -49,8 +49,8 @@ sanitize: | $(KERNELS_PYTHON)
 	$(CONFIGURE) -B build/sanitize -DSANITIZE=ON --log-level=WARNING
 	$(KERNELS_PYTHON) -m cmake --build build/sanitize
 	LD_PRELOAD="$$(c++ -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 \
-		UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 PYTHONPATH=build/sanitize/package:src \
-		$(KERNELS_PYTHON) -m pytest tests/kernels
+		UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 STAIRMAP_COMPILED="$$(ls build/sanitize/_compiled*.so)" \
+		PYTHONPATH=src $(KERNELS_PYTHON) -m pytest -p no:cacheprovider tests/kernels
 
 # ROS 2 from wheels for the tests of its node, in .venv-ros; where that cannot be made, they are skipped.
 ros-environment: $(BIN)/python

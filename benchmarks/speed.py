@@ -17,6 +17,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from detection_speed import measure_detection
 from document import BenchmarkRun, describe_run, write_section
 from long_runs import measure_growth, measure_queries
 from samples import Sample, load_samples, timed
@@ -26,6 +27,7 @@ from stairmap.config import Config
 from stairmap.delmerico2013 import lines as report_lines
 from stairmap.detection.observation import StairObservation
 from stairmap.evaluation.table_format import format_table
+from stairmap.kernels import VARIANT, describe_kernels
 from stairmap.pipeline import METHODS, Detector, Modeler
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -40,12 +42,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cache", type=Path, default=None, help="keep rendered frames here")
     parser.add_argument("--num-frames", type=int, default=10_000, help="length of the long run")
+    parser.add_argument("--detection-only", action="store_true", help="only kinds of frames and kernels")
     arguments = parser.parse_args()
     if os.environ | ONE_THREAD != os.environ:
         os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | ONE_THREAD)
     cv2.setNumThreads(1)
     run = BenchmarkRun()
     samples = {width: load_samples(width, arguments.cache) for width in SIZES}
+    if VARIANT != "compiled":
+        raise SystemExit(f"expected compiled kernels, both are measured; got {describe_kernels()}")
+    detection = measure_detection(samples, arguments.cache)
+    if arguments.detection_only:
+        text = f"## Speed of detection\n\n{describe_run(run)}\n\n{detection}"
+        write_section("detection_speed", text)
+        print(text)
+        return
+    write_section("detection_speed", f"## Speed of detection\n\n{describe_run(run)}\n\n{detection}")
     parts = [
         "## Speed",
         "### Per frame, one thread",

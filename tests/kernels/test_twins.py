@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -12,6 +11,7 @@ import pytest
 from recorded_calls import Call, kernel_names, recorded_calls
 
 from stairmap import kernels
+from stairmap.kernels.choice import load_compiled
 
 RELATIVE, ABSOLUTE = 1e-9, 1e-9
 """How far the two may differ: sums are taken in another order. A millimetre in a metre is a million of it."""
@@ -21,7 +21,7 @@ RELATIVE, ABSOLUTE = 1e-9, 1e-9
 def compiled() -> ModuleType:
     """The compiled module, whichever variant is in use."""
     try:
-        return importlib.import_module("stairmap.kernels._compiled")
+        return load_compiled()
     except ImportError:
         pytest.skip("the compiled kernels were not built: make kernels")
 

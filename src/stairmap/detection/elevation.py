@@ -118,32 +118,37 @@ def make_grid(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevatio
     """
     camera = image.camera
     right, down = _upright_axes(up)
-    corners = np.array(
-        [[x, y] for x in (0, camera.width - 1) for y in (0, camera.height - 1)], dtype=np.float64
-    )
-    rays = np.column_stack([(corners - [camera.cx, camera.cy]) / [camera.fx, camera.fy], np.ones(4)])
-    across, along = rays @ right, rays @ down
-    num_columns = round((across.max() - across.min()) * camera.fx) + 1
-    num_rows = round((along.max() - along.min()) * camera.fy) + 1
-    x = np.linspace(across.min(), across.max(), num_columns)
-    y = np.linspace(along.max(), along.min(), num_rows)
-    # The rows' slopes are those of the column that looks most nearly along the heading.
-    ahead = forward @ right * x + forward[2]
-    middle = float(x[int(np.argmax(ahead))])
-    middle = float(np.clip(middle, x[num_columns // 4], x[3 * num_columns // 4]))
+    (right_x, right_y, _), (down_x, down_y, _) = right.tolist(), down.tolist()
+    corners = [
+        ((x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy)
+        for x in (0, camera.width - 1)
+        for y in (0, camera.height - 1)
+    ]
+    across = [x * right_x + y * right_y for x, y in corners]
+    along = [x * down_x + y * down_y for x, y in corners]
+    num_columns = round((max(across) - min(across)) * camera.fx) + 1
+    num_rows = round((max(along) - min(along)) * camera.fy) + 1
+    x, y = _spaced(min(across), max(across), num_columns), _spaced(max(along), min(along), num_rows)
     left = cross(up, forward)
-    column_rays = np.outer(np.ones(num_rows), middle * right + [0, 0, 1]) + np.outer(y, down)
-    usable = column_rays @ forward > MIN_FORWARD
+    # What a step to the right, or down, in the upright image adds along each axis.
+    ahead_x, ahead_y, left_x, left_y, up_x, up_y = (
+        float(axis @ step) for axis in (forward, left, up) for step in (right, down)
+    )
+    forward_z, left_z, up_z = (float(axis[2]) for axis in (forward, left, up))
+    # The rows' slopes are those of the column that looks most nearly along the heading.
+    middle = float(x[-1 if ahead_x > 0 else 0])
+    middle = min(max(middle, float(x[num_columns // 4])), float(x[3 * num_columns // 4]))
+    ahead = (middle * ahead_x + forward_z) + ahead_y * y
+    usable = ahead > MIN_FORWARD
     if np.count_nonzero(usable) < MIN_ROWS:
         return None
-    column_rays = column_rays[usable]
-    slope = (column_rays @ up) / (column_rays @ forward)
-    row_rays = np.outer(x, right) + [0, 0, 1] + 0.5 * (y[0] + y[-1]) * down
-    visible = row_rays @ forward > MIN_FORWARD
+    slope = (((middle * up_x + up_z) + up_y * y) / ahead)[usable]
+    center = 0.5 * float(y[0] + y[-1])
+    ahead = (center * ahead_y + forward_z) + ahead_x * x
+    visible = ahead > MIN_FORWARD
     if np.count_nonzero(visible) < STRIP_WIDTH:
         return None
-    row_rays = row_rays[visible]
-    bearing = (row_rays @ left) / (row_rays @ forward)
+    bearing = (((center * left_y + left_z) + left_x * x) / ahead)[visible]
     return ElevationGrid(
         up=up,
         forward=forward,
@@ -213,6 +218,12 @@ def strip_columns(num_columns: int, strips: Mask, *, margin: int) -> tuple[int, 
     first = offset + (int(chosen[0]) - margin) * STRIP_WIDTH
     last = offset + (int(chosen[-1]) + 1 + margin) * STRIP_WIDTH
     return max(first, 0), min(last, num_columns)
+
+
+def _spaced(first: float, last: float, number: int) -> Float64Array:
+    """Evenly spaced numbers, as ``numpy.linspace`` at a tenth of its cost."""
+    spacing = (last - first) / max(number - 1, 1)
+    return np.asarray(first + spacing * np.arange(number))
 
 
 def _upright_axes(up: Vector) -> tuple[Vector, Vector]:

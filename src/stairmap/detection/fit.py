@@ -9,9 +9,9 @@ covariance is the inverse of the same equations.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -280,19 +280,36 @@ class _State:
     noise: float
 
     def moved(self, change: Float64Array) -> _State:
-        profile = self.profile
-        values: dict[str, Any] = {
-            name: float(getattr(profile, name) + change[i]) for i, name in enumerate(REGULAR)
-        }
-        offsets = profile.offsets
-        if len(change) > OFFSETS:
-            offsets = offsets + change[OFFSETS:]
-        return replace(
-            self,
-            profile=replace(profile, offsets=offsets, **values),
-            optics=replace(self.optics, shift=self.optics.shift + float(change[SHIFT])),
+        profile, optics = self.profile, self.optics
+        step = change[:OFFSETS].tolist()
+        own = change[OFFSETS:]
+        return _State(
+            profile=StairProfile(
+                distance=profile.distance + step[0],
+                height=profile.height + step[1],
+                run=profile.run + step[2],
+                rise=profile.rise + step[3],
+                num_steps=profile.num_steps,
+                overhang=profile.overhang + step[4],
+                thickness=profile.thickness + step[5],
+                is_open=profile.is_open,
+                rake=profile.rake + step[6],
+                ground=profile.ground + step[7],
+                slope=profile.slope + step[8],
+                offsets=profile.offsets + own if len(own) else profile.offsets,
+            ),
+            optics=Optics(
+                row_size=optics.row_size, smoothing=optics.smoothing, shift=optics.shift + step[SHIFT]
+            ),
             angles=self.angles + change[TILT:OFFSETS],
+            noise=self.noise,
         )
+
+    def values(self) -> Float64Array:
+        """(OFFSETS,) values of a regular profile, the shift and the angles, in the order of the equations."""
+        p = self.profile
+        regular = p.distance, p.height, p.run, p.rise, p.overhang, p.thickness, p.rake, p.ground, p.slope
+        return np.array([*regular, self.optics.shift, *self.angles.tolist()])
 
     def is_sane(self, start: StairProfile) -> bool:
         """Whether the fit has not run away from where it began."""
@@ -329,16 +346,21 @@ class _Prior:
         self, matrix: Float64Array, gradient: Float64Array, state: _State
     ) -> tuple[Float64Array, Float64Array]:
         """The equations with the prior's part."""
-        profile = state.profile
-        values = np.array([*(getattr(profile, name) for name in REGULAR), state.optics.shift, *state.angles])
-        pull = profile.offsets / self.irregularity
-        weight = np.minimum(1.0, TAIL / np.maximum(np.abs(pull), 1e-9)) / self.irregularity**2
-        std = self.std.copy()
-        if profile.rake < 0:
+        size = len(matrix)
+        std = self.std
+        if state.profile.rake < 0:
+            std = std.copy()
             std[REGULAR.index("rake")] = BACK_RAKE_STD
-        information = np.concatenate([1.0 / std**2, weight])[: len(matrix)]
-        deviation = np.concatenate([values - self.mean, profile.offsets])[: len(matrix)]
-        return matrix + np.diag(information), gradient + information * deviation
+        information, deviation = 1.0 / std**2, state.values() - self.mean
+        if size > OFFSETS:
+            offsets = state.profile.offsets
+            pull = np.abs(offsets) / self.irregularity
+            weight = np.minimum(1.0, TAIL / np.maximum(pull, 1e-9)) / self.irregularity**2
+            information = np.concatenate([information, weight])
+            deviation = np.concatenate([deviation, offsets])
+        total = matrix.copy()
+        total.ravel()[:: size + 1] += information
+        return total, gradient + information * deviation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -404,25 +426,25 @@ def _chain(num_steps: int, *, is_fine: bool) -> Float64Array:
 
 def _slope_range(profile: StairProfile) -> tuple[float, float]:
     """Slopes between which rays are fitted: from a piece of floor before the stairs to the level behind."""
-    s, z, run = profile.nosing_distances, profile.tread_heights, abs(profile.run)
-    near = np.maximum(s, 0.1)
+    run, last, own = abs(profile.run), profile.num_steps - 1, profile.offsets
+    first_s = max(profile.distance + float(own[0]), MIN_FORWARD)
+    last_s = max(profile.distance + profile.run * last + float(own[last]), MIN_FORWARD)
+    floor = profile.height - profile.rise + float(own[last + 1])
+    top = profile.height + profile.rise * last + float(own[-1])
     if profile.run > 0:
-        low = z[0] / max(near[0] - FLOOR_BEFORE * run, 0.1)
-        if z[-1] < 0:
-            return float(low), float(z[-1] / (near[-1] + LEVEL_BEHIND * run))
-        return float(low), float((z[-1] + ABOVE_LAST * profile.rise) / near[-1])
-    low = z[-1] / max(near[-1] - FLOOR_BEFORE * run, 0.1)
-    return float(low), float(z[0] / (near[0] + LEVEL_BEHIND * run))
+        low = floor / max(first_s - FLOOR_BEFORE * run, MIN_FORWARD)
+        if top < 0:
+            return low, top / (last_s + LEVEL_BEHIND * run)
+        return low, (top + ABOVE_LAST * profile.rise) / last_s
+    return top / max(last_s - FLOOR_BEFORE * run, MIN_FORWARD), floor / (first_s + LEVEL_BEHIND * run)
 
 
 def _result(state: _State, matrix: Float64Array, known_shift: float, cost: float) -> FittedProfile:
     profile = state.profile
     full = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
-    order = [REGULAR.index(name) for name in ("rise", "run", "distance", "height")] + [TILT, TURN]
     n = profile.num_steps
     own = np.full(2 * n + 1, np.nan)
     own[: len(full) - OFFSETS] = np.sqrt(np.maximum(np.diag(full)[OFFSETS:], 0.0))
-    overhang = REGULAR.index("overhang")
     # A front lower than what the sensor blends hardly shows: the overhang is then no better known than that.
     optics, near = state.optics, max(float(profile.nosing_distances.min()), MIN_FORWARD)
     blended = BLENDED_SHARE * optics.smoothing * optics.row_size * near
@@ -433,9 +455,9 @@ def _result(state: _State, matrix: Float64Array, known_shift: float, cost: float
         turn=float(state.angles[2]),
         optics=state.optics,
         noise=state.noise,
-        covariance=full[np.ix_(order, order)],
+        covariance=full[_COVARIANCE_ROWS, _COVARIANCE_ROWS.T],
         step_std=np.stack([own[:n], own[n + 1 :]], axis=1),
-        overhang_std=float(np.hypot(np.sqrt(full[overhang, overhang]), blended)),
+        overhang_std=float(math.hypot(math.sqrt(max(full[_OVERHANG, _OVERHANG], 0.0)), blended)),
         rise_information=_rise_information(full, profile.rise, state.optics.shift - known_shift),
         cost=cost,
     )
@@ -443,10 +465,23 @@ def _result(state: _State, matrix: Float64Array, known_shift: float, cost: float
 
 def _rise_information(covariance: Float64Array, rise: float, shift: float) -> Float64Array:
     """Information on rise and shift together without the shift's prior, and its product with the estimate."""
-    chosen = [REGULAR.index("rise"), SHIFT]
-    information = np.linalg.inv(covariance[np.ix_(chosen, chosen)])
-    information[1, 1] = max(information[1, 1] - 1.0 / EDGE_SHIFT_STD**2, 1e-9)
-    return np.column_stack([information, information @ [rise, shift]])
+    rise_variance, both, shift_variance = (
+        float(covariance[i, j]) for i, j in ((_RISE, _RISE), (_RISE, SHIFT), (SHIFT, SHIFT))
+    )
+    determinant = rise_variance * shift_variance - both * both
+    known = shift_variance / determinant
+    mixed = -both / determinant
+    of_shift = max(rise_variance / determinant - 1.0 / EDGE_SHIFT_STD**2, 1e-9)
+    return np.array(
+        [[known, mixed, known * rise + mixed * shift], [mixed, of_shift, mixed * rise + of_shift * shift]]
+    )
+
+
+_RISE, _OVERHANG = REGULAR.index("rise"), REGULAR.index("overhang")
+
+_COVARIANCE_ROWS = np.array(
+    [*(REGULAR.index(name) for name in ("rise", "run", "distance", "height")), TILT, TURN]
+)[:, None]
 
 
 def turned_rays(rays: Rays, fitted: FittedProfile) -> Rays:

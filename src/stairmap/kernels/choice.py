@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import importlib.util
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +19,9 @@ Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 VARIABLE = "STAIRMAP_KERNELS"
 """Environment variable that forces a variant: ``numpy`` or ``compiled``."""
+
+COMPILED_FILE = "STAIRMAP_COMPILED"
+"""Environment variable that names another build of the module: ``make sanitize`` uses it."""
 
 _SOURCES = Path(__file__).parent / "cpp"
 
@@ -33,6 +37,25 @@ def _source_sum() -> str | None:
     return hashlib.sha256("".join(sums).encode()).hexdigest()
 
 
+def load_compiled() -> ModuleType:
+    """Import the compiled module: the one built into this package, or the file that ``COMPILED_FILE`` names.
+
+    Raises
+    ------
+    ImportError
+        If there is none, or it does not load.
+    """
+    name, path = "stairmap.kernels._compiled", os.environ.get(COMPILED_FILE)
+    if not path:
+        return importlib.import_module(name)
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{COMPILED_FILE} names no extension module: {path}")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
 def _find_module() -> tuple[ModuleType | None, str]:
     """The compiled module, or why it is not used and what to do."""
     wanted = os.environ.get(VARIABLE, "").strip().lower()
@@ -41,7 +64,7 @@ def _find_module() -> tuple[ModuleType | None, str]:
     expected = _source_sum()
     again = "reinstall stairmap" if expected is None else "run: make kernels"
     try:
-        module = importlib.import_module("stairmap.kernels._compiled")
+        module = load_compiled()
     except ImportError as error:
         if isinstance(error, ModuleNotFoundError):
             return None, f"the compiled ones were not built; {_HOW}{again}"

@@ -148,9 +148,10 @@ nb::tuple find_creases(nb::handle inverse_distance, nb::handle slopes,
             };
             for (int64_t row = 0; row < num_rows; ++row) {
                 const double value = q[row * num_strips + strip];
-                const double rows = std::clamp(std::nearbyint(height / row_size * value),
-                                               static_cast<double>(min_window), static_cast<double>(max_window));
-                const int64_t window = static_cast<int64_t>(rows);
+                const double wanted = std::clamp(height / row_size * value, static_cast<double>(min_window),
+                                                 static_cast<double>(max_window));
+                const int64_t window = std::lrint(wanted);
+                const double rows = static_cast<double>(window);
                 largest = std::max(largest, window);
                 const double enough = min_share * rows;
                 if (!(sums[row + 1][0] - sums[std::max<int64_t>(row + 1 - window, 0)][0] > enough)) continue;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels.hpp"
+#include "table.hpp"
 
 namespace stairmap {
 
@@ -16,23 +17,12 @@ struct Limits {
 
 }  // namespace
 
-nb::tuple sum_equations(nb::tuple rays, const std::array<double, 5> &view, nb::tuple table, nb::handle gradients,
-                        const std::array<double, 12> &limit_values) {
-    if (rays.size() != 3) refuse("rays: expected three arrays, got " + std::to_string(rays.size()));
-    if (table.size() != 6) refuse("table: expected six arrays, got " + std::to_string(table.size()));
-    Input<double, 1> ray_slope(rays[0], "rays[0]"), ray_bearing(rays[1], "rays[1]"), ray_q(rays[2], "rays[2]");
-    Input<double, 1> slope(table[0], "table[0]"), value(table[1], "table[1]"), by_slope(table[2], "table[2]"),
-        sensitivity(table[3], "table[3]"), spread(table[4], "table[4]"), farthest(table[5], "table[5]");
+nb::tuple sum_equations(nb::tuple ray_arrays, const std::array<double, 5> &view, nb::tuple table_arrays,
+                        nb::handle gradients, const std::array<double, 12> &limit_values) {
+    const Rays rays(ray_arrays);
+    const Table table(table_arrays);
     Input<double, 2> gradient(gradients, "gradients");
-    const size_t num_rays = ray_slope.size(), count = slope.size();
-    check_length(ray_bearing, "rays[1]", num_rays);
-    check_length(ray_q, "rays[2]", num_rays);
-    if (count == 0) refuse("table[0]: expected at least one ray, got none");
-    check_length(value, "table[1]", count);
-    check_length(by_slope, "table[2]", count);
-    check_length(sensitivity, "table[3]", count);
-    check_length(spread, "table[4]", count);
-    check_length(farthest, "table[5]", count);
+    const size_t num_rays = rays.size(), count = table.size();
     check_length(gradient, "gradients", count);
     if (gradient.shape(1) == 0) refuse("gradients: expected at least one column, got none");
     const auto [told, least, most, band, plain_share, band_sigma, min_rays, sigma_of_median, surface_variance,
@@ -44,27 +34,23 @@ nb::tuple sum_equations(nb::tuple rays, const std::array<double, 5> &view, nb::t
     double noise = told, total = 0.0, cost = 0.0;
     {
         nb::gil_scoped_release release;
-        const double spacing = count > 1 ? slope[1] - slope[0] : 1.0;
         std::vector<double> residual, bearing, plain_residual;
         std::vector<size_t> entry;
         residual.reserve(num_rays), bearing.reserve(num_rays), entry.reserve(num_rays);
         plain_residual.reserve(num_rays);
         for (size_t i = 0; i < num_rays; ++i) {
-            const double ahead = 1.0 - tilt * ray_slope[i] + turn * ray_bearing[i];
-            const double tau = (ray_slope[i] + tilt + roll * ray_bearing[i]) / ahead;
+            const double ahead = 1.0 - tilt * rays.slope[i] + turn * rays.bearing[i];
+            const double tau = (rays.slope[i] + tilt + roll * rays.bearing[i]) / ahead;
             if (!(tau > low && tau < high)) continue;
-            const double place = std::nearbyint((tau - slope[0]) / spacing);
-            const size_t at =
-                count < 2 || !(place > 0) ? 0 : static_cast<size_t>(std::min(place, static_cast<double>(count - 1)));
-            const double expected = value[at] + by_slope[at] * (tau - slope[at]);
-            const double off = std::max(ray_q[i] / ahead, farthest[at]) - expected;
+            const size_t at = table.entry(tau);
+            const double off = std::max(rays.q[i] / ahead, table.farthest[at]) - table.expected(tau, at);
             residual.push_back(off);
-            bearing.push_back((ray_bearing[i] - roll * ray_slope[i] - turn) / ahead);
+            bearing.push_back((rays.bearing[i] - roll * rays.slope[i] - turn) / ahead);
             entry.push_back(at);
-            const double near = band * sensitivity[at];
-            if (spread[at] < std::max(told, plain_share * near) && std::abs(off) < std::max(band_sigma * told, near))
+            const double near = band * table.sensitivity[at];
+            if (table.spread[at] < std::max(told, plain_share * near) && std::abs(off) < std::max(band_sigma * told, near))
                 plain_residual.push_back(std::abs(off));
-            const double ratio = off / (cost_std * sensitivity[at]), square = ratio * ratio;
+            const double ratio = off / (cost_std * table.sensitivity[at]), square = ratio * ratio;
             cost += square / (1.0 + square / (tail * tail));
         }
         if (static_cast<double>(plain_residual.size()) >= min_rays)
@@ -73,8 +59,8 @@ nb::tuple sum_equations(nb::tuple rays, const std::array<double, 5> &view, nb::t
         std::vector<double> sums(5 * count, 0.0);
         for (size_t i = 0; i < residual.size(); ++i) {
             const size_t at = entry[i];
-            const double variance = noise * noise + surface_variance * sensitivity[at] * sensitivity[at] +
-                                    spread[at] * spread[at];
+            const double variance = noise * noise + surface_variance * table.sensitivity[at] * table.sensitivity[at] +
+                                    table.spread[at] * table.spread[at];
             const double ratio = residual[i] * residual[i] / variance;
             const double doubt = 1.0 + ratio / (tail * tail), robust = 1.0 / (doubt * doubt);
             total += robust;
@@ -92,7 +78,7 @@ nb::tuple sum_equations(nb::tuple rays, const std::array<double, 5> &view, nb::t
             const double *sum = &sums[5 * at];
             if (sum[0] == 0.0) continue;
             const double *own = gradient.row(at);
-            const double tau = slope[at], q = value[at], by = by_slope[at];
+            const double tau = table.slope[at], q = table.value[at], by = table.by_slope[at];
             size_t num_used = 0;
             for (size_t k = 0; k <= num_own; ++k)
                 if (own[k] != 0.0) {

@@ -40,6 +40,49 @@ void jumps_along(const float *pixels, size_t length, size_t along, size_t num_sc
         }
 }
 
+struct Range {
+    float least, most, same;
+};
+
+// Reduces an image by a stride, which is SIDE where that is not 0.
+template <size_t SIDE>
+void reduce_rows(const float *pixels, size_t columns, size_t any_stride, std::array<size_t, 2> size, Range range,
+                 float *reduced) {
+    const size_t stride = SIDE ? SIDE : any_stride, height = size[0], width = size[1], used = width * stride;
+    std::vector<float> inverse(stride * used + 1), nearest(width), total(width), count(width);
+    for (size_t row = 0; row < height; ++row) {
+        float *out = reduced + row * width;
+        for (size_t i = 0; i < stride; ++i) {
+            const float *from = pixels + (row * stride + i) * columns;
+            float *to = SIDE == 1 ? out : &inverse[i * used];
+            for (size_t k = 0; k < used; ++k) {
+                const float value = 1.0f / from[k];
+                to[k] = value > range.least ? (value > range.most ? 0.0f : value) : 0.0f;
+            }
+        }
+        if (SIDE == 1) continue;
+        std::fill(nearest.begin(), nearest.end(), 0.0f);
+        for (size_t i = 0; i < stride; ++i)
+            for (size_t k = 0; k < width; ++k)
+                for (size_t j = 0; j < stride; ++j) {
+                    const float value = inverse[i * used + k * stride + j];
+                    nearest[k] = value > nearest[k] ? value : nearest[k];
+                }
+        std::fill(total.begin(), total.end(), 0.0f);
+        std::fill(count.begin(), count.end(), 0.0f);
+        for (size_t i = 0; i < stride; ++i)
+            for (size_t k = 0; k < width; ++k) {
+                const float limit = nearest[k] * range.same;
+                for (size_t j = 0; j < stride; ++j) {
+                    const float value = inverse[i * used + k * stride + j];
+                    total[k] += value > limit ? value : 0.0f;
+                    count[k] += value > limit ? 1.0f : 0.0f;
+                }
+            }
+        for (size_t k = 0; k < width; ++k) out[k] = total[k] / (count[k] > 1.0f ? count[k] : 1.0f);
+    }
+}
+
 }  // namespace
 
 nb::object reduce_depth(nb::handle depth_image, int64_t block, const std::array<double, 3> &limits) {
@@ -50,39 +93,13 @@ nb::object reduce_depth(nb::handle depth_image, int64_t block, const std::array<
     Output<float> reduced({height, width});
     {
         nb::gil_scoped_release release;
-        const float least = static_cast<float>(limits[0]), most = static_cast<float>(limits[1]);
-        const float same = static_cast<float>(limits[2]);
-        const size_t used = width * stride;
-        std::vector<float> inverse(stride * used + 1), nearest(width), total(width), count(width);
-        for (size_t row = 0; row < height; ++row) {
-            for (size_t i = 0; i < stride; ++i) {
-                const float *from = depth.data() + (row * stride + i) * columns;
-                float *to = stride == 1 ? reduced.data() + row * width : &inverse[i * used];
-                for (size_t k = 0; k < used; ++k) {
-                    const float value = 1.0f / from[k];
-                    to[k] = value > least && !(value > most) ? value : 0.0f;
-                }
-            }
-            if (stride == 1) continue;
-            std::fill(nearest.begin(), nearest.end(), 0.0f);
-            std::fill(total.begin(), total.end(), 0.0f);
-            std::fill(count.begin(), count.end(), 0.0f);
-            for (size_t i = 0; i < stride; ++i)
-                for (size_t j = 0; j < stride; ++j)
-                    for (size_t k = 0; k < width; ++k)
-                        nearest[k] = std::max(nearest[k], inverse[i * used + k * stride + j]);
-            for (size_t k = 0; k < width; ++k) nearest[k] *= same;
-            for (size_t i = 0; i < stride; ++i)
-                for (size_t j = 0; j < stride; ++j)
-                    for (size_t k = 0; k < width; ++k) {
-                        const float value = inverse[i * used + k * stride + j];
-                        const float near = value > nearest[k] ? 1.0f : 0.0f;
-                        total[k] += value * near;
-                        count[k] += near;
-                    }
-            float *out = reduced.data() + row * width;
-            for (size_t k = 0; k < width; ++k) out[k] = total[k] / std::max(count[k], 1.0f);
-        }
+        const Range range{static_cast<float>(limits[0]), static_cast<float>(limits[1]), static_cast<float>(limits[2])};
+        const float *pixels = depth.data();
+        // A side that the compiler knows makes vectors of the inner loops.
+        if (stride == 1) reduce_rows<1>(pixels, columns, stride, {height, width}, range, reduced.data());
+        else if (stride == 2) reduce_rows<2>(pixels, columns, stride, {height, width}, range, reduced.data());
+        else if (stride == 4) reduce_rows<4>(pixels, columns, stride, {height, width}, range, reduced.data());
+        else reduce_rows<0>(pixels, columns, stride, {height, width}, range, reduced.data());
     }
     return reduced.object();
 }

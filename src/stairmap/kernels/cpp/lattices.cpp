@@ -106,7 +106,9 @@ nb::tuple score_lattices(nb::tuple places, nb::handle strip_masks, nb::handle fr
                     const double square = run * run + rise * rise;
                     for (const size_t k : members) {
                         const double s = distance[k] - distance[lower], z = height[k] - height[lower];
-                        const double index = std::nearbyint((s * run + z * rise) / square);
+                        const double place = (s * run + z * rise) / square;
+                        if (!(std::abs(place) < static_cast<double>(max_index))) continue;
+                        const double index = static_cast<double>(std::lrint(place));
                         const double far = std::abs(index), growth = 1.0 + growth_rate * far;
                         if (!(far < static_cast<double>(max_index))) continue;
                         if (!(std::abs(s - index * run) < (max_distance + spread[k]) * growth)) continue;

@@ -15,7 +15,7 @@ nb::tuple fit_window_planes(nb::handle inverse_depth,
         windows;
     if (window_width % 2 != 1 || window_height % 2 != 1 || window_width < 1 || window_height < 1)
         refuse("windows: expected an odd width and height, got others");
-    constexpr int NUM = 7;  // moments: 1, q, q², and products with u and v
+    constexpr int64_t NUM = 7;  // moments: 1, q, q², and products of the first two with u, then with v
     const int64_t height = static_cast<int64_t>(image.shape(0) / 2), width = static_cast<int64_t>(image.shape(1) / 2);
     const int64_t num_rows = (height + 1) / 2, num_columns = (width + 1) / 2;
     // Single numbers are float32 and sums float64, as those of the twin's box filter.
@@ -49,43 +49,48 @@ nb::tuple fit_window_planes(nb::handle inverse_depth,
         const float least_mass = static_cast<float>(min_mass), residual_share = static_cast<float>(max_residual);
         const float floor = static_cast<float>(residual_floor);
         const int64_t reach_u = window_width / 2, reach_v = window_height / 2;
-        std::vector<double> column(static_cast<size_t>(NUM * width));
+        // Sums over the columns of each window, for every row, then over the rows of the window.
+        std::vector<double> across(static_cast<size_t>(NUM * height * num_columns)), running(width + 1, 0.0);
+        std::vector<float> values(width);
+        const auto sums_of = [&](int64_t row, int64_t k) { return &across[(row * NUM + k) * num_columns]; };
+        for (int64_t row = 0; row < height; ++row) {
+            const float *w = &weight[row * width], *q = &mean[row * width], *square = &squares[row * width];
+            const float ray = v[row];
+            for (int64_t k = 0; k < NUM; ++k) {
+                const float *value = k == 0 ? w : k == 1 ? q : k == 2 ? square : values.data();
+                if (k > 2) {
+                    const float *factor = k % 2 ? w : q;
+                    if (k < 5)
+                        for (int64_t i = 0; i < width; ++i) values[i] = factor[i] * u[i];
+                    else
+                        for (int64_t i = 0; i < width; ++i) values[i] = factor[i] * ray;
+                }
+                for (int64_t i = 0; i < width; ++i) running[i + 1] = running[i] + value[i];
+                double *sums = sums_of(row, k);
+                for (int64_t place = 0; place < num_columns; ++place)
+                    sums[place] = running[std::min(2 * place + reach_u + 1, width)] -
+                                  running[std::max<int64_t>(2 * place - reach_u, 0)];
+            }
+        }
+        std::vector<double> window(static_cast<size_t>(NUM * num_columns));
         for (int64_t at = 0; at < num_rows; ++at) {
-            std::fill(column.begin(), column.end(), 0.0);
-            double *sum[NUM];
-            for (int k = 0; k < NUM; ++k) sum[k] = &column[static_cast<size_t>(k * width)];
+            std::fill(window.begin(), window.end(), 0.0);
             for (int64_t row = std::max<int64_t>(2 * at - reach_v, 0); row <= std::min(2 * at + reach_v, height - 1);
                  ++row) {
-                const float *w = &weight[row * width], *q = &mean[row * width], *square = &squares[row * width];
-                const float ray = v[row];
-                for (int64_t i = 0; i < width; ++i) {
-                    sum[0][i] += w[i];
-                    sum[1][i] += q[i];
-                    sum[2][i] += square[i];
-                    sum[3][i] += w[i] * u[i];
-                    sum[4][i] += w[i] * ray;
-                    sum[5][i] += q[i] * u[i];
-                    sum[6][i] += q[i] * ray;
-                }
+                const double *sums = sums_of(row, 0);
+                for (int64_t i = 0; i < NUM * num_columns; ++i) window[i] += sums[i];
             }
             const float ray_v = v[2 * at];
             for (int64_t place = 0; place < num_columns; ++place) {
                 float m[NUM];
-                const int64_t first = std::max<int64_t>(2 * place - reach_u, 0);
-                const int64_t last = std::min(2 * place + reach_u, width - 1);
-                const auto total = [&](int k) {
-                    double all = 0.0;
-                    for (int64_t i = first; i <= last; ++i) all += sum[k][i];
-                    return static_cast<float>(all * share);
-                };
-                m[0] = total(0);
+                for (int64_t k = 0; k < NUM; ++k)
+                    m[k] = static_cast<float>(window[k * num_columns + place] * share);
                 if (!(m[0] > least_mass)) continue;
-                for (int k = 1; k < NUM; ++k) m[k] = total(k);
                 const float inverse = 1.0f / std::max(m[0], 0.1f);
                 // With few missing pixels the window's moments of u and v are those of the full window.
                 const float q = m[1] * inverse;
-                const float a = (m[5] * inverse - m[3] * inverse * q) / var_u;
-                const float b = (m[6] * inverse - m[4] * inverse * q) / var_v;
+                const float a = (m[4] * inverse - m[3] * inverse * q) / var_u;
+                const float b = (m[6] * inverse - m[5] * inverse * q) / var_v;
                 const float variance = m[2] * inverse - q * q - a * a * var_u - b * b * var_v;
                 // A depth jump inside the window leaves a residual of several percent of q.
                 const float allowed = residual_share * q;

@@ -52,8 +52,7 @@ class Sampler {
                 out[i] = 0.0f;
                 continue;
             }
-            // Shifted by the border of one pixel, all places are positive: cutting off is rounding down.
-            const int low_u = static_cast<int>(std::floor(u)), low_v = static_cast<int>(std::floor(v));
+            const int low_u = rounded_down(u), low_v = rounded_down(v);
             const float part_u = u - static_cast<float>(low_u), part_v = v - static_cast<float>(low_v);
             const float *at = &padded_[static_cast<size_t>(low_v + 1) * stride_ + static_cast<size_t>(low_u + 1)];
             const int up = rounds_up(part_v, low_v), right = rounds_up(part_u, low_u);
@@ -66,6 +65,12 @@ class Sampler {
     }
 
   private:
+    // Without SSE 4.1, std::floor is a call.
+    static int rounded_down(float value) {
+        const int whole = static_cast<int>(value);
+        return whole - (static_cast<float>(whole) > value ? 1 : 0);
+    }
+
     // Whether the nearest whole number lies above; halves go to the even one.
     static int rounds_up(float part, int low) { return part > 0.5f || (part == 0.5f && (low & 1)) ? 1 : 0; }
 

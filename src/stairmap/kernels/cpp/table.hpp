@@ -27,9 +27,10 @@ class Table {
 
     // The entry nearest to a slope.
     size_t entry(double tau) const {
-        const double place = std::nearbyint((tau - slope[0]) / spacing_), last = static_cast<double>(size() - 1);
+        const double place = (tau - slope[0]) / spacing_, last = static_cast<double>(size() - 1);
         if (size() < 2 || !(place > 0)) return 0;
-        return place < last ? static_cast<size_t>(place) : size() - 1;
+        // Without SSE 4.1, std::nearbyint is a call; this rounds halves to even numbers as well.
+        return place < last ? static_cast<size_t>(std::lrint(place)) : size() - 1;
     }
 
     // Q of a slope near an entry: between edges it is straight.
