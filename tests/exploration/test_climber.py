@@ -79,6 +79,18 @@ def test_a_link_keeps_its_number_when_its_flight_grows():
     assert [link.number for link in book.links] == [1, 2]
 
 
+def test_risers_that_are_too_high_close_stairs_and_other_failures_only_the_second_time():
+    _, stairway = stairs()
+    for reason, num in (("a riser of 0.4 m is above the robot's single step of 0.3 m", 1), ("slipped", 2)):
+        book = StairBook(SPOT.profile)
+        book.update([stairway], LevelBook())
+        link = book.links[0]
+        for _ in range(num):
+            assert link.is_climbable
+            link.note_failure(reason)
+        assert not link.is_climbable
+
+
 def test_a_link_that_nobody_sees_any_more_is_forgotten_unless_it_was_climbed():
     _, stairway = stairs()
     book, levels = StairBook(SPOT.profile), LevelBook()

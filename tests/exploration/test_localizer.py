@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from small_worlds import DRIFT, robot_in, room_with
 
-from stairmap.exploration.localizer import Localizer, Placed
+from stairmap.exploration.localizer import Localizer, Placed, ScanStore
 from stairmap.exploration.scans import scan_from_view
 
 pytest.importorskip("small_gicp")
@@ -19,12 +19,12 @@ def error_after_a_spin(seed, *, corrected):
     mesh = room_with(([1.0, 0.0, 0.0], [1.5, 0.6, 1.0]), ([4.0, 3.0, 0.0], [5.0, 4.0, 1.2]))
     robot = robot_in(mesh, 3.0, 2.0, model=DRIFT, seed=seed)
     localizer = Localizer(robot.pose, is_perfect=not corrected)
-    known = []
-    for _ in range(24):
+    known = ScanStore()
+    for _ in range(36):
         view = robot.look()
         scan = scan_from_view(view, top=0.85)
-        known.append(Placed(scan=scan, pose=localizer.correct(scan, view.odometry, known)))
-        robot.turn(math.radians(30))
+        known.add(Placed(scan=scan, pose=localizer.correct(scan, view.odometry, known)))
+        robot.turn(math.radians(20))
     believed = localizer.predict(robot.odometry.pose)
     return abs((believed.heading - robot.pose.heading + math.pi) % (2 * math.pi) - math.pi)
 
@@ -49,5 +49,17 @@ def test_where_nothing_is_seen_odometry_alone_decides():
     view = robot.look()
     scan = scan_from_view(view, top=0.85)
     robot.drive(0.5)
-    found = localizer.correct(scan, robot.odometry.pose, [])
+    found = localizer.correct(scan, robot.odometry.pose, ScanStore())
     assert np.hypot(found.x - robot.pose.x, found.y - robot.pose.y) < 1e-6
+
+
+def test_scans_of_one_spot_are_kept_once_so_that_memory_grows_with_the_area():
+    robot = robot_in(room_with(), 3.0, 2.0)
+    scan = scan_from_view(robot.look(), top=0.85)
+    store = ScanStore()
+    for _ in range(50):
+        store.add(Placed(scan=scan, pose=robot.pose))
+    assert len(store) == 1
+    robot.drive(1.0)
+    store.add(Placed(scan=scan, pose=robot.pose))
+    assert len(store) == 2

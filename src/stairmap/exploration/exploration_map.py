@@ -14,7 +14,7 @@ from stairmap.detection.observation import Detection
 from stairmap.exploration.body import Body
 from stairmap.exploration.layer_map import RESOLUTION
 from stairmap.exploration.levels import Level, LevelBook
-from stairmap.exploration.localizer import Localizer, Placed
+from stairmap.exploration.localizer import Localizer, Placed, ScanStore
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.open_ground import find_open_ground
 from stairmap.exploration.scans import Scan, scan_from_view
@@ -69,12 +69,11 @@ class LevelSearch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Record:
-    """A frame's scan with where it was taken: odometry, level (``None`` on stairs)."""
+    """When a frame was taken, where by odometry, and on which level (``None``: on stairs)."""
 
-    scan: Scan
+    stamp_ns: int
     odometry: Planar
     level: int | None
-    body_from_camera: Transform
 
 
 SAME_PLACE = 1.0
@@ -122,7 +121,7 @@ class ExplorationMap:
         self.levels = LevelBook()
         self.stairs = StairBook(body.profile, allow_unknown=allow_unknown)
         self.localizer = Localizer(start, is_perfect=has_perfect_odometry)
-        self._placed: list[Placed] = []
+        self._scans = ScanStore()
         self.records: list[Record] = []
         self.poses: list[Planar] = []
         self.last_scan: Scan | None = None
@@ -147,17 +146,15 @@ class ExplorationMap:
     def take(self, view: View) -> None:
         """Take in a frame of the robot where it is now, on its level or, without one, on stairs."""
         scan = scan_from_view(view, top=self.body.top + 0.1)
-        self.pose = self.localizer.correct(scan, view.odometry, self._placed)
-        self._placed.append(Placed(scan=scan, pose=self.pose))
+        self.pose = self.localizer.correct(scan, view.odometry, self._scans)
+        self._scans.add(Placed(scan=scan, pose=self.pose))
         map_from_camera = map_from_body(self.pose) @ view.body_from_camera
         self.last_detection = self.session.add(view.frame, map_from_camera)
         self.num_detections += bool(self.last_detection)
         self._is_stale |= bool(self.last_detection)
         self.last_scan = scan
         number = None if self.level is None else self.level.number
-        self.records.append(
-            Record(scan=scan, odometry=view.odometry, level=number, body_from_camera=view.body_from_camera)
-        )
+        self.records.append(Record(stamp_ns=scan.stamp_ns, odometry=view.odometry, level=number))
         self.poses.append(self.pose)
         self._note_sightings(map_from_camera)
         self.on_frame(view, map_from_camera, self.last_detection)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -34,7 +33,7 @@ HEIGHTS = 2.0
 MAX_SCANS = 30
 """At most so many of them: the nearest."""
 
-SAME_SPOT, SAME_HEADING = 0.3, math.radians(30)
+SAME_SPOT, SAME_HEADING = 0.3, math.radians(20)
 """Of scans that were taken nearer together than this, m and rad, the first counts: it has drifted least."""
 
 REFRESH_DISTANCE, REFRESH_TURN, REFRESH_SCANS = 0.35, math.radians(20), 4
@@ -74,6 +73,37 @@ class Placed:
     pose: Planar
 
 
+class ScanStore:
+    """Scans with where they were taken: one a spot and heading, so it grows with the area only."""
+
+    def __init__(self) -> None:
+        self._scans: dict[tuple[int, int, int, int], Placed] = {}
+
+    def __len__(self) -> int:
+        return len(self._scans)
+
+    def add(self, placed: Placed) -> None:
+        """Keep a scan unless one of its spot and heading is known: the first has drifted least."""
+        pose = placed.pose
+        key = (
+            int(pose.x // SAME_SPOT),
+            int(pose.y // SAME_SPOT),
+            int(pose.z // SAME_SPOT),
+            int(pose.heading % (2 * math.pi) // SAME_HEADING),
+        )
+        self._scans.setdefault(key, placed)
+
+    def near(self, pose: Planar) -> list[Placed]:
+        """Return the scans nearest to a pose, at most ``MAX_SCANS``."""
+        scans = list(self._scans.values())
+        if not scans:
+            return []
+        rows = np.array([placed.pose.to_row() for placed in scans])
+        apart = np.hypot(rows[:, 0] - pose.x, rows[:, 1] - pose.y)
+        near = np.flatnonzero((apart < NEIGHBOURHOOD) & (np.abs(rows[:, 2] - pose.z) < HEIGHTS))
+        return [scans[int(index)] for index in near[np.argsort(apart[near], kind="stable")][:MAX_SCANS]]
+
+
 class Localizer:
     """Follows the robot's place in the map.
 
@@ -111,7 +141,7 @@ class Localizer:
             heading=self._pose.heading + turn,
         )
 
-    def correct(self, scan: Scan, odometry: Planar, known: Sequence[Placed]) -> Planar:
+    def correct(self, scan: Scan, odometry: Planar, known: ScanStore) -> Planar:
         """Take in a scan; return where it was taken, by odometry and by the scans that are known."""
         predicted = self.predict(odometry)
         pose = predicted
@@ -132,7 +162,7 @@ class Localizer:
         scan: Scan,
         predicted: Planar,
         moved: tuple[float, float, float],
-        known: Sequence[Placed],
+        known: ScanStore,
     ) -> tuple[Float64Array, float]:
         """Return shift (m, ahead and left) and turn (rad) of a scan against where odometry puts it."""
         nothing = np.zeros(2), 0.0
@@ -168,7 +198,7 @@ class Localizer:
         self.num_corrected += 1
         return shift, turn
 
-    def _refresh_target(self, pose: Planar, known: Sequence[Placed]) -> None:
+    def _refresh_target(self, pose: Planar, known: ScanStore) -> None:
         self._target_age += 1
         moved = np.abs(pose.to_row() - self._target_pose)
         if (
@@ -179,15 +209,7 @@ class Localizer:
         ):
             return
         self._target_age, self._target_pose, self._target = 0, pose.to_row(), None
-        if not known:
-            return
-        rows = np.array([placed.pose.to_row() for placed in known])
-        apart = np.hypot(rows[:, 0] - pose.x, rows[:, 1] - pose.y)
-        near = np.flatnonzero((apart < NEIGHBOURHOOD) & (np.abs(rows[:, 2] - pose.z) < HEIGHTS))
-        bins = np.column_stack([rows[near, :3] // SAME_SPOT, rows[near, 3] % (2 * math.pi) // SAME_HEADING])
-        near = near[np.sort(np.unique(bins, axis=0, return_index=True)[1])]
-        near = near[np.argsort(apart[near], kind="stable")][:MAX_SCANS]
-        scans = [known[int(index)] for index in near]
+        scans = known.near(pose)
         clouds: list[Points] = [
             placed.scan.placed(placed.pose)[placed.scan.kinds != FLOOR] for placed in scans
         ]

@@ -64,6 +64,7 @@ class Mission:
     must_look_around: bool = True
     coverage: list[tuple[float, float, int]] = field(default_factory=list)
     stairs_climbed: int = 0
+    num_stuck: int = 0
     search: LevelSearch | None = None
     failures: list[tuple[int, str, Vector]] = field(default_factory=list)
     _tree: Any = None

@@ -241,7 +241,7 @@ def _replay(exploration: SimulatedExploration) -> dict[str, Any]:
             "landing": level.is_landing,
         }
     way = [
-        [round(record.scan.stamp_ns * 1e-9, 1), round(pose.x, 2), round(pose.y, 2), round(pose.heading, 2),
+        [round(record.stamp_ns * 1e-9, 1), round(pose.x, 2), round(pose.y, 2), round(pose.heading, 2),
          -1 if record.level is None else record.level, round(pose.z, 2)]
         for pose, record in zip(known.poses, known.records, strict=True)
     ]  # fmt: skip

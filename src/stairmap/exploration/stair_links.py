@@ -31,6 +31,9 @@ MIN_PROBABILITY = 0.25
 """Stairs whose verdict stays unknown are tried if they are passable with at least this probability, however
 their errors conspire: the robot feels each riser and turns back when they are too high."""
 
+MAX_FAILURES = 2
+"""Stairs on which so many climbs failed are given up: the robot may have stood askew the first time."""
+
 UNEXPLORED = 1000
 """Numbers of levels that only stairs tell of begin here."""
 
@@ -59,6 +62,8 @@ class Link:
         Why it failed.
     allow_unknown
         Whether it is also tried where the robot's limits are not known.
+    num_failures
+        How many climbs failed.
     looks
         How often the robot looked at it from its end.
     """
@@ -73,6 +78,7 @@ class Link:
     reason: str = ""
     looks: dict[int, int] = field(default_factory=dict)
     allow_unknown: bool = False
+    num_failures: int = 0
 
     @property
     def probability(self) -> float:
@@ -88,6 +94,13 @@ class Link:
             return True
         # Nobody knows a limit, or it was not seen well: whoever asked for it takes the risk.
         return self.allow_unknown and self.portal.assessment.probability[1] >= MIN_PROBABILITY
+
+    def note_failure(self, reason: str) -> None:
+        """Note a climb that failed; risers that are too high, or a second failure, close the stairs."""
+        self.num_failures += 1
+        self.reason = reason
+        if "riser" in reason or self.num_failures >= MAX_FAILURES:
+            self.state = "failed"
 
     def footprint(self, level: int, height: float) -> Rectangle:
         """Return the ground that it takes on a level of a height, m."""

@@ -176,7 +176,7 @@ def make_two_stairways(name: str, random: np.random.Generator) -> Scene:
         make_slab(house, 2 * storey, wells_2),
         make_slab(house, 3 * storey),
         *[make_shell(house, index * storey, storey) for index in range(3)],
-        make_partition((7.0, 0.0), (7.0, 9.0), 0.0, storey - SLAB, [(3.6, 4.7)]),
+        make_partition((7.0, 1.7), (7.0, 9.0), 0.0, storey - SLAB, [(3.6, 4.7)]),
         make_partition((0.0, 3.0), (7.0, 3.0), storey, storey - SLAB, [(1.0, 2.0), (5.5, 6.6)]),
         make_partition((7.0, 0.0), (7.0, 6.0), 2 * storey, storey - SLAB, [(2.0, 3.0)]),
         make_railing((5.9, 1.6), (10.3, 1.6), storey),

@@ -15,6 +15,9 @@ from stairmap.exploration.other_levels import find_tasks_elsewhere
 from stairmap.exploration.strategies import choose
 from stairmap.navigation.floors import FloorError
 
+MAX_STUCK = 3
+"""So often the robot looks around anew where its map says that it cannot be."""
+
 
 class Decide(MissionBehaviour):
     """Choose what to do next."""
@@ -28,7 +31,10 @@ class Decide(MissionBehaviour):
         try:
             search = known.search(known.level)
         except FloorError as error:
-            mission.stop(f"stuck: {error}")
+            mission.num_stuck += 1
+            mission.must_look_around = True
+            if mission.num_stuck > MAX_STUCK:
+                mission.stop(f"stuck: {error}")
             yield Status.FAILURE
             return
         tasks = [task for task in find_tasks(known, known.level, search) if mission.is_open(task)]

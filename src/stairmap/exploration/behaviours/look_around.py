@@ -10,8 +10,8 @@ from py_trees.common import Status
 
 from stairmap.exploration.behaviours.base import MissionBehaviour
 
-PARTS = 8
-"""Headings of a full turn, 45 deg apart: views overlap."""
+PARTS = 9
+"""Headings of a full turn, 40 deg apart: views overlap."""
 
 
 class LookAround(MissionBehaviour):

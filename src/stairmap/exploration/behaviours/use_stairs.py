@@ -52,7 +52,7 @@ class UseStairs(MissionBehaviour):
         yield from self.carry_out(lambda: mission.pilot.climb(link, is_up=task.is_up))
         if self.last.state == "failed":
             known.enter_level()
-            link.state, link.reason = "failed", self.last.reason
+            link.note_failure(self.last.reason)
             mission.fail(task, self.last.reason)
             yield Status.FAILURE
             return
