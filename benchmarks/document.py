@@ -21,7 +21,19 @@ What is judged, and how, is told in [docs/evaluation.md](docs/evaluation.md). `d
 of ARL-TR-6381, the baseline.
 """
 
-_SECTIONS = ("accuracy", "kinds", "edges", "detection_speed", "speed", "planning", "ros", "bags", "batch", "points", "mutants")
+_SECTIONS = (
+    "accuracy",
+    "kinds",
+    "edges",
+    "detection_speed",
+    "speed",
+    "planning",
+    "ros",
+    "bags",
+    "batch",
+    "points",
+    "mutants",
+)
 
 
 def write_section(name: str, text: str) -> None:
