@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -437,3 +438,22 @@ def test_what_winds_keeps_its_part_of_the_image_before_stairs_of_fewer_steps(
     assert len(detection.observations) == is_kept
     if not is_kept:
         assert detection.rejections == rejections
+
+
+@pytest.mark.parametrize("is_sharpened", [True, False])
+def test_narrow_treads_that_a_phone_blends_are_found_by_sharpened_scans(
+    monkeypatch: pytest.MonkeyPatch, is_sharpened: bool
+) -> None:
+    stairs = AnalyticStairs(rise=0.17, run=0.28, width=1.4, num_risers=9)
+    top = nosings(stairs)[-1].mean(axis=0)
+    pose = pose_looking((top[0] + 1.0, 0.1, top[2] + 0.95), yaw=np.pi - 0.05, down=np.radians(38.0))
+    phone = PinholeCamera(width=256, height=192, fx=212, fy=212, cx=127.5, cy=95.5)
+    frame = frame_of([stairs_solid(stairs), make_rectangle((-9, -9), (9, 9), 0.0)], pose, camera=phone)
+    depth = 1.0 / cv2.GaussianBlur(1.0 / np.nan_to_num(frame.depth, nan=20.0), (0, 0), 2.0)
+    if not is_sharpened:
+        monkeypatch.setattr(detector, "MIN_SHARPENED", np.inf)
+    found = detect(replace(frame, depth=depth.astype(np.float32)))
+    assert len(found.observations) == is_sharpened
+    if is_sharpened:
+        assert found.observations[0].rise == pytest.approx(0.17, abs=0.004)
+        assert found.observations[0].run == pytest.approx(0.28, abs=0.005)

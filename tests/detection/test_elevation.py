@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from analytic_stairs import KINECT_CAMERA, AnalyticStairs, pose_looking
+from side_profiles import descending_profile, scan
 from solid_scenes import FLOOR, frame_of, stairs_solid
 from stairmap.arrays import Transform, Vector
 from stairmap.camera import PinholeCamera
@@ -16,9 +18,11 @@ from stairmap.detection.elevation import (
     make_elevation,
     make_grid,
     sample_grid,
+    sharpened,
     strip_columns,
 )
 from stairmap.detection.inverse_depth import InverseDepthImage, inverse_depth_from_frame
+from stairmap.detection.nosing_search import find_corners
 from stairmap.geometry import normalized
 from stairmap.simulation.triangle_mesh import TriangleMesh, make_wall
 
@@ -296,3 +300,34 @@ def test_strips_of_a_width_that_they_do_not_divide_are_centred() -> None:
     assert elevation.bearing.sum() == pytest.approx(0.0, abs=1e-9)
     assert elevation.bearing[0] == pytest.approx(elevation.grid.bearing[5:21].mean())
     assert normalized(elevation.grid.left) @ [-1, 0, 0] == pytest.approx(1.0)
+
+
+def blended(elevation: Elevation, smoothing: float) -> Elevation:
+    """The scans as a sensor shows them that blends rows."""
+    q = cv2.GaussianBlur(elevation.inverse_distance, (1, 0), sigmaX=1e-9, sigmaY=smoothing)
+    return replace(elevation, inverse_distance=q)
+
+
+def test_sharpened_scans_show_narrow_treads_again() -> None:
+    # Treads of 13 to 6 rows, and a sensor that blends 2.2 rows.
+    exact = scan(descending_profile(distance=0.9, height=-0.9), top=-0.2, num_rows=150)
+    smooth = blended(exact, 2.2)
+    sharp = sharpened(smooth, 2.2)
+    off = [np.abs(part.inverse_distance - exact.inverse_distance).mean() for part in (smooth, sharp)]
+    assert off[1] < 0.7 * off[0]
+    found = [len(find_corners(part, noise=1e-4)) for part in (smooth, sharp)]
+    assert found[1] > found[0]
+    np.testing.assert_array_equal(sharp.slope, smooth.slope)
+
+
+def test_sharpening_leaves_planes_and_what_is_not_measured_as_they_are() -> None:
+    plane = scan([((0.05, -0.8), (9.0, -0.8))], top=-0.2, num_rows=150)
+    inner = np.s_[20:-20]
+    sharp = sharpened(plane, 2.0).inverse_distance
+    np.testing.assert_allclose(sharp[inner], plane.inverse_distance[inner], atol=1e-5)
+    q = plane.inverse_distance.copy()
+    q[70:75] = 0.0
+    holed = sharpened(replace(plane, inverse_distance=q), 2.0).inverse_distance
+    assert (holed[70:75] == 0).all()
+    # About the hole too little is known.
+    np.testing.assert_array_equal(holed[[68, 69, 75, 76]], q[[68, 69, 75, 76]])

@@ -83,7 +83,8 @@ def test_a_fit_finds_the_profile_that_rays_were_made_of(kind: str) -> None:
     std = np.sqrt(np.diag(found.covariance)[:4])
     assert (np.abs(errors) < 3.0 * std).all()
     np.testing.assert_allclose(found.profile.nosing_distances, true.nosing_distances, atol=0.006)
-    assert np.abs(found.profile.offsets).max() < 0.003
+    # 3 mm while steps' places were held by 4 mm each; an edge may be anywhere within its row.
+    assert np.abs(found.profile.offsets).max() < 0.004
     assert np.abs([found.roll, found.turn]).max() < np.radians(0.15)
     assert abs(found.tilt) < max(3.0 * np.sqrt(found.covariance[4, 4]), np.radians(0.2))
     assert found.profile.is_open == true.is_open
@@ -200,7 +201,7 @@ def test_axes_are_unit_vectors_turned_by_the_fitted_angles() -> None:
     [
         (-0.5, 0.4),
         (0.5, 0.2),
-        pytest.param(2.0, 0.3, marks=pytest.mark.xfail(reason="five rounds do not move edges so far")),
+        (2.0, 0.3),
     ],
 )
 def test_the_sensors_shift_of_edges_is_found(shift: float, tolerance: float) -> None:
@@ -232,11 +233,20 @@ def test_ground_that_slopes_is_no_tilt_where_up_is_known(ground: float) -> None:
     assert unsure.covariance[0, 0] > found.covariance[0, 0]
 
 
+def built(random: np.random.Generator) -> Float64Array:
+    """Offsets of five steps and the floor: runs and risers differ by 4 mm, the first by 8, places by 6."""
+    information = np.diag([1.0 / 0.006**2] * 5 + [0.0] + [1.0 / 0.006**2] * 5)
+    for first in (0, 1, 2, 3, 5, 6, 7, 8, 9):
+        difference = np.zeros(11)
+        difference[[first, first + 1]] = -1.0, 1.0
+        information += np.outer(difference, difference) / (0.008 if first == 5 else 0.004) ** 2
+    return random.multivariate_normal(np.zeros(11), np.linalg.inv(information))
+
+
 def drawn(seed: int) -> tuple[FittedProfile, StairProfile, Float64Array]:
     """A flight as irregular as built ones, its axes as far off as told, with noise that six rays share."""
     random = np.random.default_rng(seed)
-    irregular = random.normal(0, 0.004, 11)
-    irregular[5] *= 2
+    irregular = built(random)
     true = make_profile(offsets=irregular, overhang=0.02)
     tilt, roll = random.normal(0, UP_STD, 2)
     turn = random.normal(0, np.radians(2.0))
@@ -264,7 +274,9 @@ def test_the_covariance_is_as_large_as_the_errors_are() -> None:
     values, whitened, _ = many_drawn()
     spread = values.std(axis=0)
     assert (spread > 0.55).all(), spread
-    assert (spread < 1.25).all(), spread
+    # An edge is somewhere within its row, in all strips alike, and tilt leans on edges: 1.25 for all six held
+    # while steps were drawn about regular places instead of riser by riser.
+    assert (spread < [1.25, 1.25, 1.25, 1.25, 1.7, 1.25]).all(), spread
     assert (np.abs(values.mean(axis=0)) < 0.35).all(), values.mean(axis=0)
     # All six together: chi squared of six degrees of freedom.
     assert 2.5 < (whitened**2).sum(axis=1).mean() < 10.0
@@ -294,11 +306,12 @@ def test_rise_information_holds_rise_and_shift_without_the_shifts_prior() -> Non
     found = fit(measure(true, optics=optics), nearby(true), optics=optics)
     information = found.rise_information[:, :2]
     estimate = np.linalg.solve(information, found.rise_information[:, 2])
-    assert estimate[0] == pytest.approx(found.profile.rise)
-    # The shift that reducing the image made is known, and not counted.
-    assert estimate[1] == pytest.approx(found.optics.shift - 0.3)
+    # The shift that reducing the image made is known, and not counted. The prior held the rest back a little.
+    assert estimate[1] > found.optics.shift - 0.3 > 0
     with_prior = information + np.diag([0.0, 1.0 / EDGE_SHIFT_STD**2])
     assert np.linalg.inv(with_prior)[0, 0] == pytest.approx(found.covariance[0, 0], rel=1e-6)
+    together = np.linalg.solve(with_prior, found.rise_information[:, 2])
+    assert together == pytest.approx([found.profile.rise, found.optics.shift - 0.3])
 
 
 def test_noise_is_what_the_rays_show_whatever_was_told() -> None:

@@ -339,3 +339,21 @@ def test_noise_adds_50_mm_at_most_to_where_a_nosing_may_lie(off: float, is_inlie
     # Rises below 0.15 m would let the three be a lattice with a missed step.
     best = find_lattices(groups, EnvelopeConfig(min_rise=0.16), noise=0.2)[0]
     assert len(best.indices) == (3 if is_inlier else 2)
+
+
+@pytest.mark.parametrize(("gap", "is_one"), [(5, True), (6, False)])
+def test_a_lattice_passes_over_five_steps_and_no_more(gap: int, is_one: bool) -> None:
+    far = [3 + gap, 4 + gap]
+    lattices = lattices_of(nosings_of([0, 1, 2]), nosings_of(far))
+    assert lattices[0].indices.tolist() == ([0, 1, 2, *far] if is_one else [0, 1, 2])
+    if not is_one:
+        # What was left out is a lattice of its own.
+        assert [lattice.score for lattice in lattices] == [36.0, 24.0]
+        assert lattices[1].distance == pytest.approx(1.2 + 0.28 * far[0])
+
+
+def test_what_is_left_out_of_a_lattice_costs_it_nothing() -> None:
+    # Two wide nosings, and a narrow one far off: eight gaps would cost more than the three are worth.
+    best = lattices_of(nosings_of([0, 1]), nosings_of([10], strips=range(4, 6)))[0]
+    assert best.indices.tolist() == [0, 1]
+    assert best.score == pytest.approx(24.0)

@@ -14,7 +14,7 @@ from stairmap.arrays import Float64Array, Vector
 from stairmap.config import Config
 from stairmap.detection.candidate import Candidate, Scene, examine
 from stairmap.detection.drops import find_drops
-from stairmap.detection.elevation import make_elevation
+from stairmap.detection.elevation import make_elevation, sharpened
 from stairmap.detection.fit import MIN_NOISE
 from stairmap.detection.ground import sample_ground
 from stairmap.detection.inverse_depth import (
@@ -30,6 +30,7 @@ from stairmap.detection.observation import Detection, Rejection, StairObservatio
 from stairmap.detection.orientation import (
     GIVEN_UP_STD,
     CorrectedUp,
+    Heading,
     correct_up,
     estimate_up,
     find_headings,
@@ -54,6 +55,10 @@ SAME_HEADING = np.radians(8.0)
 
 MIN_TURN, MAX_TURN = np.radians(3.0), np.radians(20.0)
 """A heading is turned square to the edges seen along it where they differ by so much, rad."""
+
+MIN_SHARPENED = 1.5
+"""Where nothing was found, scans of a sensor that smooths over more rows than this, as phones do, are
+sharpened to look for stairs that descend: it leaves no corners of treads that few rows show."""
 
 STRIP_NOISE = 0.25
 """Noise of a strip's ray relative to a pixel's: 16 pixels are averaged."""
@@ -147,13 +152,9 @@ class StairEdgeDetector:
         """
         look = _Look(image, surfaces, corrected, stamp_ns, self._config)
         headings = find_headings(surfaces, corrected.up, max_headings=MAX_HEADINGS)
-        candidates: list[Candidate] = []
-        for angle, num_distances in headings:
-            if num_distances >= MIN_DISTANCES or not _any_accepted(candidates):
-                candidates += look.along(angle)
-        if not _any_accepted(candidates):
-            for angle in look.headings_of_edges([heading.angle for heading in headings]):
-                candidates += look.along(angle)
+        candidates = look.along_all(headings)
+        if not _any_accepted(candidates) and look.sharpen():
+            candidates += look.along_all(headings)
         if not look.scenes:
             return candidates, (Rejection(rule="headings", measured=0, limit=1, unit="1"),), look.scenes
         if not candidates:
@@ -179,7 +180,24 @@ class _Look:
         self._image, self._corrected, self._stamp_ns, self._config = image, corrected, stamp_ns, config
         self._noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
         self._smoothings = estimate_smoothings(image)
+        self._is_sharp = False
         self.scenes: list[Scene] = []
+
+    def sharpen(self) -> bool:
+        """Sharpen all scans from now on, for stairs that descend, and say whether that may show more."""
+        self._is_sharp = max(self._smoothings) > MIN_SHARPENED
+        return self._is_sharp
+
+    def along_all(self, headings: Sequence[Heading]) -> list[Candidate]:
+        """Look along headings, then, where nothing was found, along those of level edges."""
+        candidates: list[Candidate] = []
+        for angle, num_distances in headings:
+            if num_distances >= MIN_DISTANCES or not _any_accepted(candidates):
+                candidates += self.along(angle)
+        if not _any_accepted(candidates):
+            for angle in self.headings_of_edges([heading.angle for heading in headings]):
+                candidates += self.along(angle)
+        return candidates
 
     def along(self, angle: float) -> list[Candidate]:
         """Examine what repeats like stairs along a heading, turned square to the edges seen there."""
@@ -191,7 +209,10 @@ class _Look:
             scene = self._scan(angle + turns[0]) or scene
         groups = group_corners(scene.corners, num_strips=len(scene.elevation.bearing), noise=self._noise)
         lattices = find_lattices(groups, self._config.envelope, noise=self._noise, max_lattices=MAX_LATTICES)
-        return [examine(scene, lattice, self._config) for lattice in _promising(lattices)]
+        chosen = _promising(lattices)
+        if self._is_sharp:
+            chosen = [lattice for lattice in chosen if lattice.run < 0]
+        return [examine(scene, lattice, self._config) for lattice in chosen]
 
     def headings_of_edges(self, known: Sequence[float]) -> list[float]:
         """Headings square to level edges that are in view, without those that are known."""
@@ -212,8 +233,9 @@ class _Look:
         elevation = make_elevation(self._image, up, forward)
         if elevation is None:
             return None
+        scans = sharpened(elevation, max(self._smoothings)) if self._is_sharp else elevation
         scene = Scene(
-            image=self._image, elevation=elevation, corners=find_corners(elevation, noise=self._noise),
+            image=self._image, elevation=elevation, corners=find_corners(scans, noise=self._noise),
             noise=self._noise, smoothings=self._smoothings, up_std=self._corrected.std,
             ground_slope=-climb / float(ground @ up), stamp_ns=self._stamp_ns,
         )  # fmt: skip

@@ -10,8 +10,9 @@ surface is a straight line in tau.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from stairmap.arrays import Float32Array, Float64Array, Mask, Vector
@@ -34,6 +35,13 @@ MIN_ROWS = 20
 
 SAME_SURFACE = 0.03
 """Neighbouring pixels whose inverse depths differ by less than this share may be interpolated."""
+
+SHARPENING_ROUNDS = 10
+"""Rounds in which the smoothing of a sensor is undone: of waves as long as three of its standard deviations
+three quarters come back, of shorter ones less, so that noise does not grow out of bounds."""
+
+MIN_SHARPENED_SHARE = 0.9
+"""Share of the measurements about a cell that must be there to sharpen it."""
 
 STRIP_SPREAD = 0.04
 """Samples of a strip within this share of their median are averaged."""
@@ -209,6 +217,40 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
     )
     middle = inside.reshape(num_strips, STRIP_WIDTH).mean(axis=1)
     return Elevation(grid=grid, bearing=middle, inverse_distance=q)
+
+
+def sharpened(elevation: Elevation, smoothing: float) -> Elevation:
+    """Undo a part of what a sensor smooths along the scans.
+
+    The scans are smoothed again, compared with what was measured, and the difference is added, a few times
+    over (van Cittert). Edges of treads that the sensor blended become corners; only their places may be used,
+    for noise grows as well.
+
+    Parameters
+    ----------
+    elevation
+        The scans.
+    smoothing
+        Standard deviation over which the sensor blends, rows.
+    """
+    size = 2 * int(np.ceil(3.0 * smoothing)) + 1
+    kernel = cv2.getGaussianKernel(size, smoothing, cv2.CV_32F)
+
+    def smoothed(values: Float32Array) -> Float32Array:
+        blurred = cv2.sepFilter2D(
+            values, cv2.CV_32F, np.ones(1, np.float32), kernel, borderType=cv2.BORDER_REPLICATE
+        )
+        return np.asarray(blurred, dtype=np.float32)
+
+    measured: Float32Array = elevation.inverse_distance.astype(np.float32)
+    is_measured = (measured > 0).astype(np.float32)
+    share = smoothed(is_measured)
+    sharp = measured
+    for _ in range(SHARPENING_ROUNDS):
+        again = smoothed(sharp) / np.maximum(share, np.float32(1e-3))
+        sharp = np.asarray(sharp + is_measured * (measured - again), dtype=np.float32)
+    is_better = (share > MIN_SHARPENED_SHARE) & (sharp > 0) & (measured > 0)
+    return replace(elevation, inverse_distance=np.where(is_better, sharp, elevation.inverse_distance))
 
 
 def strip_columns(num_columns: int, strips: Mask, *, margin: int) -> tuple[int, int]:

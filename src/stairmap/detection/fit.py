@@ -56,14 +56,22 @@ TURN_STD = np.radians(10.0)
 """The heading is known from normals or lines to a few degrees, rad."""
 
 STEP_IRREGULARITY = 0.004
-"""Standard deviation of a built step about the regular ones, m; surveys of flights found up to 11 (tread) and
-19 mm (rise), which the tails allow for."""
+"""Standard deviation of a riser's height, or of the run to the next one, about that of the flight, m; surveys
+of flights found up to 11 (tread) and 19 mm (rise), which the tails allow for."""
 
 FLOOR_IRREGULARITY = 0.008
-"""The same of the floor before the first step, m: its finish makes the first riser the least regular one."""
+"""The same of the first riser, m: the floor's finish makes it the least regular one."""
+
+STEP_TAIL = 1.0
+"""A riser or a run that is off by more standard deviations than this is held ever less: one that was built
+differently lifts all above it and says nothing of the others."""
+
+STEP_PLACE_STD = 0.006
+"""Standard deviation of a step's place about the regular one, m: builders mark out the whole flight, so that
+errors of single risers do not add up for long."""
 
 TAIL = 2.0
-"""Beyond this many standard deviations a step or a ray pulls no harder (steps), or ever less (rays)."""
+"""Beyond this many standard deviations a ray, or a step's place, pulls ever less."""
 
 SURFACE_STD = 0.0015
 """Carpets, worn and uneven treads: how far a surface lies off its plane, m."""
@@ -71,8 +79,9 @@ SURFACE_STD = 0.0015
 COARSE_STDS = (0.030, 0.010, 0.004)
 """In the first rounds the profile itself may be this wrong, m: rays farther off still pull."""
 
-NUM_FINE_ROUNDS = 2
-"""Rounds in which each step has its own place."""
+FINE_STDS = (0.006, 0.0, 0.0)
+"""The same in the rounds in which each step has its own place, m: a step that is twice as far off still pulls
+before the last."""
 
 RAYS_PER_SAMPLE = 6.0
 """Neighbouring rays err together: so many count as one independent sample."""
@@ -250,11 +259,12 @@ def fit_profile(
         angles = np.array([around.tilt, around.roll, around.turn])
         state = _State(profile=start, optics=around.optics, angles=angles, noise=around.noise)
         rounds = COARSE_STDS[-1:]
+    num_coarse = len(rounds)
     if not is_coarse:
-        rounds = (*rounds, *(0.0,) * NUM_FINE_ROUNDS)
+        rounds = (*rounds, *FINE_STDS)
     prior = _Prior(start, optics.shift, up_std)
-    for coarse in rounds:
-        sums = _sum_rays(rays, state, noise, coarse)
+    for number, coarse in enumerate(rounds):
+        sums = _sum_rays(rays, state, noise, coarse, is_fine=number >= num_coarse)
         state = replace(state, noise=sums.noise)
         if sums.num_rays < MIN_RAYS:
             return None
@@ -339,8 +349,9 @@ class _Prior:
             self.mean[REGULAR.index(name)], self.std[REGULAR.index(name)] = mean, std
         self.mean[SHIFT], self.std[SHIFT] = known_shift, EDGE_SHIFT_STD
         self.std[[TILT, ROLL]], self.std[TURN] = up_std, TURN_STD
-        self.irregularity = np.full(2 * start.num_steps + 1, STEP_IRREGULARITY)
-        self.irregularity[start.num_steps] = FLOOR_IRREGULARITY
+        self.differences = _neighbours(start.num_steps)
+        self.irregularity = np.full(len(self.differences), STEP_IRREGULARITY)
+        self.irregularity[start.num_steps - 1] = FLOOR_IRREGULARITY
 
     def added(
         self, matrix: Float64Array, gradient: Float64Array, state: _State
@@ -351,16 +362,33 @@ class _Prior:
         if state.profile.rake < 0:
             std = std.copy()
             std[REGULAR.index("rake")] = BACK_RAKE_STD
-        information, deviation = 1.0 / std**2, state.values() - self.mean
+        information = 1.0 / std**2
+        total, vector = matrix.copy(), gradient.copy()
+        total.ravel()[: OFFSETS * (size + 1) : size + 1] += information
+        vector[:OFFSETS] += information * (state.values() - self.mean)
         if size > OFFSETS:
             offsets = state.profile.offsets
-            pull = np.abs(offsets) / self.irregularity
-            weight = np.minimum(1.0, TAIL / np.maximum(pull, 1e-9)) / self.irregularity**2
-            information = np.concatenate([information, weight])
-            deviation = np.concatenate([deviation, offsets])
-        total = matrix.copy()
-        total.ravel()[:: size + 1] += information
-        return total, gradient + information * deviation
+            off = self.differences @ offsets / self.irregularity
+            weight = 1.0 / ((1.0 + (off / STEP_TAIL) ** 2) * self.irregularity**2)
+            own = (self.differences.T * weight) @ self.differences
+            place = 1.0 / (STEP_PLACE_STD**2 + (offsets / TAIL) ** 2)
+            # The floor is no step.
+            place[state.profile.num_steps] = 0.0
+            own.ravel()[:: len(own) + 1] += place
+            total[OFFSETS:, OFFSETS:] += own
+            vector[OFFSETS:] += own @ offsets
+        return total, vector
+
+
+@lru_cache(maxsize=128)
+def _neighbours(num_steps: int) -> Float64Array:
+    """(D, 2 * num_steps + 1) differences between neighbours in ``StairProfile.offsets``: of nosings, then of
+    treads."""
+    n = num_steps
+    differences = np.zeros((2 * n - 1, 2 * n + 1))
+    differences[: n - 1, :n] = np.diff(np.eye(n), axis=0)
+    differences[n - 1 :, n:] = np.diff(np.eye(n + 1), axis=0)
+    return readonly(differences)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -374,7 +402,7 @@ class _Sums:
     cost: float
 
 
-def _sum_rays(rays: Rays, state: _State, told_noise: float, coarse: float) -> _Sums:
+def _sum_rays(rays: Rays, state: _State, told_noise: float, coarse: float, *, is_fine: bool) -> _Sums:
     """Compare rays with a profile's predictions at every half row."""
     low, high = _slope_range(state.profile)
     outline = outline_of(state.profile, min_extent=state.optics.smoothing * state.optics.row_size)
@@ -401,7 +429,7 @@ def _sum_rays(rays: Rays, state: _State, told_noise: float, coarse: float) -> _S
         predicted.gradient,
         limits,
     )
-    chain = _chain(state.profile.num_steps, is_fine=coarse == 0.0)
+    chain = _chain(state.profile.num_steps, is_fine=is_fine)
     return _Sums(
         noise=noise, num_rays=num_rays, matrix=chain.T @ matrix @ chain, vector=chain.T @ vector, cost=cost
     )
@@ -471,10 +499,11 @@ def _rise_information(covariance: Float64Array, rise: float, shift: float) -> Fl
     determinant = rise_variance * shift_variance - both * both
     known = shift_variance / determinant
     mixed = -both / determinant
-    of_shift = max(rise_variance / determinant - 1.0 / EDGE_SHIFT_STD**2, 1e-9)
-    return np.array(
-        [[known, mixed, known * rise + mixed * shift], [mixed, of_shift, mixed * rise + of_shift * shift]]
-    )
+    of_shift = rise_variance / determinant
+    # The prior's mean is 0: it takes nothing from the product.
+    product = known * rise + mixed * shift, mixed * rise + of_shift * shift
+    of_shift = max(of_shift - 1.0 / EDGE_SHIFT_STD**2, 1e-9)
+    return np.array([[known, mixed, product[0]], [mixed, of_shift, product[1]]])
 
 
 _RISE, _OVERHANG = REGULAR.index("rise"), REGULAR.index("overhang")

@@ -43,6 +43,10 @@ INLIER_DISTANCE, INLIER_HEIGHT, MAX_SPREAD = 0.035, 0.025, 0.05
 GROWTH = 0.15
 """How much the error of a pair's run and rise adds for each step away from it, as a share of the same."""
 
+MAX_GAP = 5
+"""Steps on end that a lattice may pass over: a person before the stairs hides no more. What lies beyond is
+something else that happens to fit."""
+
 MAX_INDEX = 32
 """Steps a lattice may reach from the pair that found it."""
 
@@ -197,6 +201,9 @@ def _find_best(
         return none
     fits, index = find_members((distance, height), (run, rise, anchor), limits)
     inliers = fits & free & (groups.strips & groups.strips[anchor]).any(axis=1)
+    part = _largest_part(index, inliers, size)
+    if part is not None:
+        inliers, score = part
     k = index[inliers]
     lowest = int(k.min())
     weight = groups.strips[inliers].sum(axis=1).astype(np.float64)
@@ -212,6 +219,21 @@ def _find_best(
         score=score,
     )
     return lattice, inliers
+
+
+def _largest_part(index: Float64Array, inliers: Mask, size: Float64Array) -> tuple[Mask, float] | None:
+    """Which nosings are of the largest part of a lattice without gaps of more than ``MAX_GAP`` steps, and its
+    score; ``None`` where nothing is left out."""
+    places = np.unique(index[inliers])
+    best = np.array([size[inliers & (index == place)].max() for place in places])
+    part = np.cumsum(np.diff(places, prepend=places[0]) > MAX_GAP + 1)
+    total = np.bincount(part, best) * (np.bincount(part) > 1)
+    if len(total) == 1 or not total.any():
+        return None
+    chosen = part == int(np.argmax(total))
+    num_gaps = places[chosen][-1] - places[chosen][0] + 1 - np.count_nonzero(chosen)
+    score = float(best[chosen].sum() - GAP_COST * num_gaps * best[chosen].mean())
+    return inliers & np.isin(index, places[chosen]), score
 
 
 def _fit_line(
