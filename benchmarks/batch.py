@@ -34,6 +34,7 @@ NUM_DRIVES = 20
 NUM_RECORDINGS, NUM_NAPS = 200, 5_000
 MEMORY_GOAL_MB, DRIVER_GOAL, SCALING_GOAL = 300, 0.02, 1.8
 KILL_PERIOD_S = 10.0
+PARTS = ("scaling", "memory", "killing")
 PROCESSOR_TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -57,6 +58,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, required=True, help="where recordings and results go")
     parser.add_argument("--small", action="store_true", help="a tenth, and BENCHMARKS.md stays")
     parser.add_argument("--write", action="store_true", help="write BENCHMARKS.md also after a small one")
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS), help="which of it")
     arguments = parser.parse_args()
     run = BenchmarkRun()
     share = 10 if arguments.small else 1
@@ -64,18 +66,18 @@ def main() -> None:
     naps = make_naps(arguments.folder / "naps", NUM_NAPS // share)
     results = arguments.folder / "results"
     shutil.rmtree(results, ignore_errors=True)
-    text = "\n\n".join(
-        [
-            "## Batches",
-            describe_run(run),
-            measure_scaling(recordings, results),
-            measure_memory(naps, results),
-            measure_killing(recordings, results),
-        ]
-    )
-    if not arguments.small or arguments.write:
-        write_section("batch", text)
-    sys.stdout.write(text + "\n")
+    parts = []
+    for name, measure_part in (
+        ("scaling", lambda: measure_scaling(recordings, results)),
+        ("memory", lambda: measure_memory(naps, results)),
+        ("killing", lambda: measure_killing(recordings, results)),
+    ):
+        if name in arguments.parts:
+            parts.append(measure_part())
+            sys.stdout.write(f"{parts[-1]}\n\n")
+            sys.stdout.flush()
+    if arguments.write or (not arguments.small and set(arguments.parts) == set(PARTS)):
+        write_section("batch", "\n\n".join(["## Batches", describe_run(run), *parts]))
 
 
 def make_recordings(folder: Path, number: int) -> Path:
@@ -151,6 +153,8 @@ def measure_memory(naps: Path, results: Path) -> str:
 def measure_killing(recordings: Path, results: Path) -> str:
     """Return what is lost while a worker is killed every ten seconds."""
     measured, num_killed = measure_killed(recordings, results / "killed")
+    if not (results / "workers1").exists():
+        measure(recordings, results / "workers1", 1)
     rows, expected = read_table(results / "killed"), read_table(results / "workers1")
     runs = list((results / "killed").glob("*/task.json"))
     is_whole = rows == expected and len(runs) == len(list(recordings.iterdir())) and not measured.num_failed

@@ -81,11 +81,10 @@ def cluster(tmp_path_factory):
     cluster.stop()
 
 
-def test_rows_are_equal_from_one_process_two_local_workers_and_a_cluster(cluster, recordings, tmp_path):
+def test_rows_are_equal_from_one_process_and_a_cluster(cluster, recordings, tmp_path):
     tables = []
     for name, options in (
         ("one", ("--workers", "0")),
-        ("local", ("--workers", "2")),
         ("cluster", ("--scheduler", cluster.address)),
     ):
         outcome = stairmap(
@@ -95,14 +94,15 @@ def test_rows_are_equal_from_one_process_two_local_workers_and_a_cluster(cluster
         assert "Traceback" not in outcome.stderr
         tables.append(read_table(tmp_path / name))
         assert len(list(tmp_path.glob(f"{name}/*/stairways.json"))) == 4
-    assert len(tables[0]) == 6 and tables[0] == tables[1] == tables[2]
+    # That local workers give the same is in test_batch_that_was_killed_goes_on.
+    assert len(tables[0]) == 6 and tables[0] == tables[1]
 
 
 def test_long_recording_is_split_and_gives_the_same_to_the_bit(cluster, tmp_path, monkeypatch):
-    recording = write_recording(tmp_path / "long", num_frames=8)
-    repeat_frames(recording, 24)
+    recording = write_recording(tmp_path / "long", num_frames=6)
+    repeat_frames(recording, 12)
     assert stairmap("batch", recording, "-o", tmp_path / "whole", "--workers", "0").code == 0
-    monkeypatch.setattr(running, "MAX_FRAMES", 7)
+    monkeypatch.setattr(running, "MAX_FRAMES", 4)
     outcome = stairmap("batch", recording, "-o", tmp_path / "pieces", "--scheduler", cluster.address)
     assert outcome.code == 0, outcome.stderr
     for name in ("stairways.json", "detections.jsonl", "history.jsonl", "trajectory.tum", "summary.txt"):
@@ -178,9 +178,10 @@ def test_worker_of_another_version_is_refused_by_name(tmp_path):
         cluster.stop()
 
 
-def start_batch(recordings, folder):
+def start_batch(recordings, folder, num_workers=2):
     return subprocess.Popen(
-        [sys.executable, "-m", "stairmap", "batch", str(recordings), "-o", str(folder), "--workers", "2"],
+        [sys.executable, "-m", "stairmap", "batch", str(recordings), "-o", str(folder),
+         "--workers", str(num_workers)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
 
@@ -243,7 +244,7 @@ def test_batch_killed_at_twenty_moments_is_always_readable_and_goes_on(recording
 
 
 def test_interrupted_batch_writes_its_tables_and_says_so(recordings, tmp_path):
-    process = start_batch(recordings, tmp_path / "fleet")
+    process = start_batch(recordings, tmp_path / "fleet", num_workers=1)
     wait_until(lambda: len(list((tmp_path / "fleet").glob("r*/task.json"))) >= 1, "no recording was done")
     process.send_signal(signal.SIGINT)
     stdout, stderr = process.communicate(timeout=TIMEOUT_S)

@@ -98,7 +98,8 @@ class DaskPool:
 
     def _send(self, job: RecordingJob, call: tuple[Any, tuple[Any, ...]], parts: Sequence[Any] = ()) -> Any:
         self._num_submitted += 1
-        key = f"{job.folder}-{job.token[:8]}-{self._num_submitted}"
+        # Schedulers remember the first word of keys for ever: it must be the same one.
+        key = f"recording-{self._num_submitted}-{job.token[:8]}"
         return self._client.submit(self._run_payload, pickle.dumps(call), list(parts), key=key, pure=False)
 
     def _keep(self, job: RecordingJob, futures: list[Any]) -> None:
