@@ -79,6 +79,15 @@ def test_a_drop_is_occupied_but_a_slit_is_none():
     assert layer.drops().any()
 
 
+def test_what_stopped_the_robot_is_an_obstacle_whatever_was_seen_before():
+    layer = LayerMap(0.0)
+    for _ in range(9):
+        layer.add(scan_of(patch(0.3, 2.0, -0.5, 0.5), FLOOR), ORIGIN, radius=0.25)
+    layer.block(np.array([[1.02, 0.02]]))
+    assert value(layer.grid(), 1.02, 0.02) == OCCUPIED
+    assert value(layer.grid(), 1.5, 0.02) == FREE
+
+
 def test_a_map_of_nothing_is_unknown():
     layer = LayerMap(0.0)
     assert (layer.grid().cells == UNKNOWN).all()

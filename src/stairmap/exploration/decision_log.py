@@ -26,7 +26,7 @@ class Decision:
     tasks
         All there were.
     duration_s
-        Time that the decision took the computer, s.
+        CPU time that the decision took, s.
     """
 
     time_s: float

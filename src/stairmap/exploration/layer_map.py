@@ -93,6 +93,18 @@ class LayerMap:
             cells = cells - self._low
             self._settled[cells[:, 1], cells[:, 0]] = True
 
+    def block(self, points: Points) -> None:
+        """Note that (N, 2) points stopped the robot, whatever earlier frames said of them."""
+        if not len(points):
+            return
+        self._note_change()
+        cells = np.floor(np.asarray(points)[:, :2] / RESOLUTION).astype(np.int64)
+        self._grow(cells)
+        cells = cells - self._low
+        rows, columns = cells[:, 1], cells[:, 0]
+        enough = MIN_OBSTACLE_VOTES + self._votes[FLOOR, rows, columns].astype(np.int64) // 2
+        self._votes[OBSTACLE, rows, columns] = np.maximum(self._votes[OBSTACLE, rows, columns], enough)
+
     @property
     def settled(self) -> Mask:
         """(rows, columns) where looking again gives nothing."""

@@ -22,8 +22,8 @@ from stairmap.exploration.exploration_map import SAME_PLACE, ExplorationMap, Lev
 from stairmap.exploration.pilot import Pilot
 from stairmap.exploration.tasks import Task
 
-MAX_FAILURES = 3
-"""A place that the robot failed to reach so often is given up."""
+MAX_FAILURES = {"frontier": 3, "look": 3, "stairs": 8}
+"""A task that failed so often is given up, by kind: another floor is worth more tries."""
 
 DONE_REASON = "nothing reachable is left"
 
@@ -91,7 +91,7 @@ class Mission:
             level == task.level and kind == task.kind and math.dist(place, task.target) < SAME_PLACE / 2
             for level, kind, place in self.failures
         )
-        return failures < MAX_FAILURES
+        return failures < MAX_FAILURES[task.kind]
 
     def stop(self, reason: str) -> None:
         """End the mission."""

@@ -25,7 +25,15 @@ RUNNING, DONE = Progress(state="running"), Progress(state="done")
 
 
 class Pilot(Protocol):
-    """Carries out one order at a time."""
+    """Carries out one order at a time.
+
+    Attributes
+    ----------
+    blocking
+        (N, 2) points of what stopped the last drive, m, map.
+    """
+
+    blocking: Points
 
     def drive(self, way: Points) -> None:
         """Begin to drive along (N, 2) points of the level, m, map."""

@@ -66,6 +66,7 @@ class SimulatedPilot:
         self._way: list[np.ndarray] = []
         self._since_distance, self._since_angle = math.inf, 0.0
         self.climber: Climber | None = None
+        self.blocking: Points = np.empty((0, 2))
 
     def drive(self, way: Points) -> None:
         """Begin to drive along (N, 2) points, m, map."""
@@ -162,6 +163,7 @@ class SimulatedPilot:
         across = offset[:, 1] * cosine - offset[:, 0] * sine
         radius = self.robot.body.radius
         near = (along > 0) & (along < step + radius + STOPPING) & (np.abs(across) < radius)
+        self.blocking = np.empty((0, 2))
         if np.count_nonzero(near) < MIN_BLOCKING_POINTS:
             return step
         return (

@@ -29,6 +29,8 @@ class Drive(MissionBehaviour):
             return
         yield from self.carry_out(lambda: mission.pilot.drive(way), until=self._is_seen)
         if self.last.state == "failed":
+            if mission.known.level is not None:
+                mission.known.level.map.block(mission.pilot.blocking)
             mission.fail(task, self.last.reason)
             yield Status.FAILURE
             return
