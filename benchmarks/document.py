@@ -31,7 +31,9 @@ _SECTIONS = (
     "ros",
     "bags",
     "batch",
-    "points",
+    "clouds",
+    "sweeps",
+    "windows",
     "mutants",
 )
 

@@ -1,4 +1,4 @@
-"""Measure what finished maps and the sweeps of LiDARs give, and write the section "points" of BENCHMARKS.md.
+"""Measure what finished maps and the sweeps of LiDARs give, and write sections of BENCHMARKS.md.
 
 Everything but times is drawn from seeds: the same commit gives the same tables.
 """
@@ -38,34 +38,40 @@ DISTANCES = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0)
 """Ends of the distances by which windows are told apart, m."""
 
 
+WINDOWS = "windows"
+
+TITLES = {
+    FINISHED_MAPS: "Finished maps (`stairmap evaluate clouds`)",
+    SWEEPS: "Drives with a LiDAR (`stairmap evaluate sweeps`)",
+    WINDOWS: "LiDARs: single windows of a second, by distance",
+}
+"""What is measured, each for a section of its own."""
+
+
 def main() -> None:
-    """Run the suites and the windows; write the section, or only print it."""
+    """Run the suites and the windows; write the sections, or only print them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=DATA_FOLDER, help="folder with the folder buildings")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--only", action="append", default=[], help="only scenes whose name holds this")
-    parser.add_argument("--suite", action="append", choices=(FINISHED_MAPS, SWEEPS, "windows"))
+    parser.add_argument("--suite", action="append", choices=tuple(TITLES))
     parser.add_argument("--print", action="store_true", dest="is_dry", help="write nothing")
     arguments = parser.parse_args()
-    suites, run = arguments.suite or [FINISHED_MAPS, SWEEPS, "windows"], BenchmarkRun()
-    parts = ["## Points: finished maps and LiDARs", ""]
-    titles = {
-        FINISHED_MAPS: "### Finished maps (`stairmap evaluate clouds`)",
-        SWEEPS: "### Drives with a LiDAR and odometry error (`stairmap evaluate sweeps`)",
-    }
-    for suite in (suite for suite in (FINISHED_MAPS, SWEEPS) if suite in suites):
-        choice = TrialChoice(only=tuple(arguments.only))
-        specs = make_cloud_specs(suite, choice, buildings=arguments.data / "buildings")
-        settings = TrialSettings(methods=(METHOD,), buildings=arguments.data / "buildings")
-        results = run_trials(specs, settings, num_workers=arguments.jobs, trial=run_cloud_trial)
-        parts += [titles[suite], describe_results(results)]
-    if "windows" in suites:
-        parts += ["### Single windows of sweeps, by distance", describe_windows()]
-    parts[1] = describe_run(run)
-    text = "\n\n".join(part for part in parts if part)
-    print(text)
-    if not arguments.is_dry:
-        write_section("points", text)
+    for suite in arguments.suite or TITLES:
+        run = BenchmarkRun()
+        if suite == WINDOWS:
+            text = describe_windows()
+        else:
+            choice = TrialChoice(only=tuple(arguments.only))
+            specs = make_cloud_specs(suite, choice, buildings=arguments.data / "buildings")
+            settings = TrialSettings(methods=(METHOD,), buildings=arguments.data / "buildings")
+            text = describe_results(
+                run_trials(specs, settings, num_workers=arguments.jobs, trial=run_cloud_trial)
+            )
+        section = "\n\n".join([f"## {TITLES[suite]}", describe_run(run), text])
+        print(section, flush=True)
+        if not arguments.is_dry:
+            write_section(suite, section)
 
 
 def describe_results(results: Sequence[TrialResult]) -> str:

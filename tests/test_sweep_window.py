@@ -95,7 +95,20 @@ def test_poses_that_shake_do_not_blur_a_window() -> None:
     assert off.std() < 0.013
     # Up is the floor's normal, however the middle pose leans.
     normal = np.array([-plane[0], -plane[1], 1.0]) / np.linalg.norm([-plane[0], -plane[1], 1.0])
-    assert np.degrees(np.arccos(window.map_from_sensor[:3, :3] @ window.up @ normal)) < 0.15
+    assert np.degrees(np.arccos(window.map_from_sensor[:3, :3] @ window.up @ normal)) < 0.2
+
+
+def test_the_floor_corrects_an_up_that_all_poses_have_wrong() -> None:
+    true = drive(10, 0.2)
+    lean = transform_from_parts(rotation_from_vector([0.0, np.radians(0.6), 0.0]), np.zeros(3))
+    believed = Trajectory(stamps_ns=true.stamps_ns, map_from_camera=true.map_from_camera @ lean)
+    (window,) = windows_of(true, believed=believed)
+    # The middle pose's own lean is that of the points, and the floor's normal in it is up.
+    up_of_poses = window.map_from_sensor[2, :3]
+    floor_normal = true.map_from_camera[5, 2, :3]
+    angle = np.degrees(np.arccos(np.clip(window.up @ floor_normal, -1, 1)))
+    assert np.degrees(np.arccos(up_of_poses @ floor_normal)) == pytest.approx(0.6, abs=0.01)
+    assert angle < 0.2
 
 
 def test_a_robot_that_stands_still_counts_three_times() -> None:

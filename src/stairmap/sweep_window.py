@@ -48,8 +48,14 @@ SAME_PLACE, SAME_HEADING = 0.15, float(np.radians(8.0))
 MAX_LOOKS = 3
 """Windows of one place that count."""
 
-MAX_LEVEL_ANGLE = float(np.radians(2.0))
-"""A plane that leans by less, rad, may be a floor or a tread."""
+MAX_LEVEL_ANGLE = float(np.radians(8.0))
+"""A plane that leans by less, rad, may be a floor or a tread: normals of few points err by 2°."""
+
+OUTLYING_ANGLE = float(np.radians(1.5))
+"""A plane that leans by more against the others', rad, such as a ramp, counts less."""
+
+NUM_ROUNDS = 6
+"""Rounds of weighting planes: each goes most of the way that is left."""
 
 UP_STD, GROUND_STD = float(np.radians(0.4)), float(np.radians(0.2))
 """Standard deviations of up by the poses, and of a floor's normal against it (floors are built level to 3 mm
@@ -211,7 +217,11 @@ def find_up(planes: PlaneMap, up: Vector) -> Vector:
     if not level.any():
         return up
     upward = normals[level] * np.sign(cosine[level])[:, None]
-    mean = normalized(np.average(upward, axis=0, weights=weights[level]))
+    mean = up
+    for _ in range(NUM_ROUNDS):
+        angle = np.arccos(np.clip(upward @ mean, -1.0, 1.0))
+        held = weights[level] * np.minimum(1.0, OUTLYING_ANGLE / np.maximum(angle, 1e-9))
+        mean = normalized(np.average(upward, axis=0, weights=held))
     share = UP_STD**2 / (UP_STD**2 + GROUND_STD**2)
     return normalized(share * mean + (1 - share) * up)
 

@@ -10,6 +10,7 @@ import pytest
 
 from ideal_observations import make_flight, observe, poses_before, turned_map
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
+from stairmap.transforms import transform_from_parts
 
 FLIGHT = make_flight(heading=0.7)
 POSE = poses_before(FLIGHT, 1)[0]
@@ -173,3 +174,20 @@ def test_placing_tells_which_observations_moved() -> None:
     np.testing.assert_array_equal(placed.place(np.arange(3), poses), [False, True, False])
     poses[2] = turned_map(1e-9, (0.0, 0.0, 0.0)) @ POSE
     np.testing.assert_array_equal(placed.place(np.arange(3), poses), [False, False, True])
+
+
+def test_a_view_from_above_is_one_whatever_axis_the_sensor_calls_forward() -> None:
+    flight = make_flight()
+    (pose,) = poses_before(flight, 1)
+    # As a LiDAR's frame: x forward, z up.
+    turned = pose @ transform_from_parts([[0, -1, 0], [0, 0, -1], [1, 0, 0]], np.zeros(3))
+    table = ObservationTable()
+    for stamp_ns, (view, where) in enumerate(
+        [("ascending", pose), ("descending", pose), ("ascending", turned), ("descending", turned)]
+    ):
+        table.add(observe(flight, where, stamp_ns, view=view))
+    assert table.observations["from_below"].tolist() == [True, False, True, False]
+    # Records of before there were LiDARs: a camera's z tells.
+    older = without_fields(table.observations, "from_below")
+    again = ObservationTable.from_records(older, table.edges)
+    assert again.observations["from_below"].tolist()[:2] == [True, True]
