@@ -13,6 +13,7 @@ from cloud_bags import CLOUD_TOPIC, cloud_message, livox_message, ros_cloud
 from stairmap.errors import RecordingError, TrajectoryError
 from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.bags.sweeps import MAX_POSE_GAP_NS, SweepRecording
+from stairmap.recordings.open import open_recording
 from stairmap.sweep import straightened
 from stairmap.transforms import rotation_from_vector, transform_from_parts
 
@@ -123,6 +124,13 @@ def test_of_several_clouds_the_user_names_one(tmp_path: Path) -> None:
     assert SweepRecording(bag, options=BagOptions(cloud_topic=CLOUD_TOPIC)).num_sweeps == NUM_SWEEPS
     with pytest.raises(RecordingError, match="did you mean /points"):
         SweepRecording(bag, options=BagOptions(cloud_topic="/pints"))
+
+
+def test_who_asks_for_depth_in_a_bag_of_clouds_is_told_what_reads_them(tmp_path: Path) -> None:
+    ros = Ros("mcap")
+    bag = write_bag(tmp_path, "mcap", ros, [*transform_messages(ros), *sweep_messages(ros)])
+    with pytest.raises(RecordingError, match=r"no topic has depth images.* with --cloud-topic$"):
+        open_recording(bag)
 
 
 def test_a_damaged_sweep_is_skipped_with_its_reason(tmp_path: Path) -> None:

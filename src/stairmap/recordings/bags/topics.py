@@ -92,7 +92,9 @@ def guess_depth_topic(topics: Sequence[BagTopic], encodings: Mapping[str, str]) 
         raise RecordingError(
             f"no topic has depth images (16UC1, 32FC1 or compressedDepth); there are images on: {there_are}"
         )
-    raise RecordingError(f"no topic has depth images; {listed(tuple(topics))}")
+    clouds = topics_of_type(topics, *CLOUDS)
+    advice = "; stairmap run finds stairs in point clouds too, with --cloud-topic" if clouds else ""
+    raise RecordingError(f"no topic has depth images; {listed(tuple(topics))}{advice}")
 
 
 def has_depth_topic(topics: Sequence[BagTopic], encodings: Mapping[str, str]) -> bool:
