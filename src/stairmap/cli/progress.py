@@ -67,7 +67,22 @@ class _Bar:
             sys.stderr.flush()
 
 
-class FrameProgress:
+class _WithBar:
+    """Owns a bar, and clears it where the work ends."""
+
+    def __init__(self) -> None:
+        self._bar = _Bar()
+
+    def __exit__(
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._bar.stop()
+
+
+class FrameProgress(_WithBar):
     """Shows how far the frames are.
 
     Parameters
@@ -77,21 +92,13 @@ class FrameProgress:
     """
 
     def __init__(self, num_frames: int | None) -> None:
+        super().__init__()
         self._num_frames = num_frames
         self._count = 0
-        self._bar = _Bar()
 
     def __enter__(self) -> FrameProgress:
         self._bar.start(self._describe(""), self._num_frames)
         return self
-
-    def __exit__(
-        self,
-        error_type: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._bar.stop()
 
     def advance(self, found: str = "", *, num_frames: int | None = None) -> None:
         """Count one more frame.
@@ -115,7 +122,7 @@ class FrameProgress:
         return " · ".join([*parts, *([found] if found else [])])
 
 
-class OpeningProgress:
+class OpeningProgress(_WithBar):
     """Shows how far the opening of a recording is; nothing if it takes no time.
 
     Parameters
@@ -125,19 +132,11 @@ class OpeningProgress:
     """
 
     def __init__(self, name: str) -> None:
+        super().__init__()
         self._name = shown(name)
-        self._bar = _Bar()
 
     def __enter__(self) -> OpeningProgress:
         return self
-
-    def __exit__(
-        self,
-        error_type: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._bar.stop()
 
     def update(self, count: int, total: int) -> None:
         """Tell how many of how many messages were read."""
@@ -148,7 +147,7 @@ class OpeningProgress:
             self._bar.show(f"reading {self._name} · message {count}/{total}", count, total)
 
 
-class PointProgress:
+class PointProgress(_WithBar):
     """Shows how far the points of a map are: ``12.4 of 50.0 million points · ends 14:32:05``.
 
     Parameters
@@ -158,21 +157,13 @@ class PointProgress:
     """
 
     def __init__(self, num_points: int | None) -> None:
+        super().__init__()
         self._num_points = num_points
         self._count = 0
-        self._bar = _Bar()
 
     def __enter__(self) -> PointProgress:
         self._bar.start(self._describe(), self._num_points)
         return self
-
-    def __exit__(
-        self,
-        error_type: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._bar.stop()
 
     def advance(self, num_points: int) -> None:
         """Count so many more points."""
@@ -185,7 +176,7 @@ class PointProgress:
         return f"{self._count / 1e6:.1f}{of} million points"
 
 
-class TrialProgress:
+class TrialProgress(_WithBar):
     """Shows how far the trials of an evaluation are: ``trial 12/90 · b3, kinect_v1 320 px, spot, seed 2``.
 
     Parameters
@@ -197,21 +188,13 @@ class TrialProgress:
     """
 
     def __init__(self, num_trials: int, *, unit: str = "trial") -> None:
+        super().__init__()
         self._num_trials, self._unit = num_trials, unit
         self._count = 0
-        self._bar = _Bar()
 
     def __enter__(self) -> TrialProgress:
         self._bar.start(f"{self._unit} 0/{self._num_trials}", self._num_trials)
         return self
-
-    def __exit__(
-        self,
-        error_type: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._bar.stop()
 
     def advance(self, text: str) -> None:
         """Count one more trial and say which."""
