@@ -1,4 +1,4 @@
-"""The node as an ament_python package; stairmap itself is installed with pip."""
+"""The node as an ament_python package; stairmap itself is the package beside it."""
 
 from setuptools import find_packages, setup
 
@@ -7,7 +7,7 @@ PACKAGE = "stairmap_ros"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    packages=find_packages(),
+    packages=find_packages(exclude=["test"]),
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -16,6 +16,7 @@ setup(
         (f"share/{PACKAGE}/rviz", ["rviz/stairmap.rviz"]),
     ],
     install_requires=["setuptools"],
+    tests_require=["pytest"],
     zip_safe=True,
     maintainer="stairmap contributors",
     maintainer_email="stairmap@example.com",

@@ -55,6 +55,7 @@ OTHER_PACKAGES = (
 """numpy and OpenCV are those of Ubuntu 24.04, the lowest that stairmap allows."""
 
 INTERFACES = (
+    ROOT / "tests/ros/interfaces/nav2_msgs",
     ROOT / "tests/ros/interfaces/tf2_msgs",
     ROOT / "tests/ros/interfaces/vision_msgs",
     ROOT / "ros/stairmap_msgs",

@@ -51,3 +51,23 @@ def num_observations_in(file: Path) -> int:
         return 0
     stairways = json.loads(file.read_text())["stairways"]
     return int(stairways[0]["num_observations"]) if stairways else 0
+
+
+def assert_planner_knows(heard: dict[str, Any], true: Flight) -> None:
+    """A Spot may climb the stairs: they are a portal, and neither obstacle nor forbidden."""
+    assert heard["robot"]
+    (portal,) = heard["portals"]
+    assert portal["stairway"] == 1
+    assert portal["verdict"] == 1, portal
+    assert portal["limiting"].startswith("flight 1: ")
+    assert all(cost > 10.0 for cost in portal["costs"])
+    lower = true.base - 0.6 * true.forward
+    np.testing.assert_allclose(portal["lower"], lower, atol=0.06)
+    np.testing.assert_allclose(heard["staging"][0], portal["lower"])
+    assert [floor["id"] for floor in heard["floors"]] == [0, 1]
+    assert portal["floors"] == [0, 1]
+    assert abs(heard["floors"][0]["height"]) < 0.03
+    assert heard["current_floor"] == 0
+    assert heard["obstacles"] == []
+    assert len(heard["first_obstacles"]) > 10
+    assert heard["masks"]["current"]["forbidden"] == []

@@ -19,6 +19,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav_msgs.msg import Path as PathMessage
+from planner_ear import PlannerEar
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from robot_messages import (
@@ -126,6 +127,7 @@ class SimulatedRobot(Node):
         self.detections: list[Any] = []
         self.diagnostics: list[dict[str, Any]] = []
         self.others: dict[str, dict[str, None]] = {}
+        self._ear = PlannerEar(self)
         self._late_transforms: list[tuple[float, TFMessage]] = []
         self._compressed_images: dict[int, CompressedImage] = {}
         self._num_published = self._next_odometry = 0
@@ -286,6 +288,7 @@ class SimulatedRobot(Node):
             "markers": [marker_dict(marker) for marker in self.markers.values()],
             "detections": self.detections,
             "diagnostics": self.diagnostics,
+            "planner": self._ear.heard(),
             "others": {name: list(messages) for name, messages in self.others.items()},
             "median_delay": float(np.median(self.delays)) if self.delays else None,
             "num_answers": len(self.delays),

@@ -67,7 +67,7 @@ def run_with_ros(code: str) -> Any:
 
 def test_each_marker_array_first_deletes_what_was_shown_before() -> None:
     shown, empty = run_with_ros("""
-rounds = [make_marker_array(stairways, header).markers for stairways in ([stairway], [])]
+rounds = [make_marker_array(stairways, (), header).markers for stairways in ([stairway], [])]
 print(json.dumps([[(m.ns, m.id, m.action) for m in r] for r in rounds]))
 """)
     assert empty == [["", 0, 3]]

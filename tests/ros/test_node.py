@@ -7,7 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from node_answers import assert_is_the_stairway, assert_markers_show, num_observations_in
+from node_answers import (
+    assert_is_the_stairway,
+    assert_markers_show,
+    assert_planner_knows,
+    num_observations_in,
+)
 from ros_environment import Drive, RosEnvironment, wait_for
 
 pytestmark = pytest.mark.usefixtures("wheels")
@@ -17,7 +22,7 @@ pytestmark = pytest.mark.usefixtures("wheels")
 def test_a_stairway_comes_back_as_messages_markers_and_detections(
     ros: RosEnvironment, drive: Drive, reliability: str
 ) -> None:
-    ros.start_node(reliability=reliability)
+    ros.start_node(reliability=reliability, robot="spot")
     (outcome,) = ros.run_robot([{"reliability": reliability}])
     assert outcome["answered"]
     flight = assert_is_the_stairway(outcome, drive.true_flight)
@@ -30,6 +35,7 @@ def test_a_stairway_comes_back_as_messages_markers_and_detections(
     last = outcome["diagnostics"][-1]
     assert (last["level"], last["message"]) == (0, "1 stairway")
     assert int(last["values"]["images processed"]) > 24
+    assert_planner_knows(outcome["planner"], drive.true_flight)
 
 
 def test_a_corrected_path_moves_the_stairway(ros: RosEnvironment, drive: Drive) -> None:

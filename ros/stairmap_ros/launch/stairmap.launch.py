@@ -4,13 +4,14 @@ from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
 
 
 def generate_launch_description():
-    """Return the node, and RViz where it is asked for."""
+    """Return the node, and RViz where it is asked for: both hear the same topics and the same clock."""
     share = FindPackageShare("stairmap_ros")
     arguments = [
         DeclareLaunchArgument(
@@ -27,7 +28,15 @@ def generate_launch_description():
         DeclareLaunchArgument(
             "use_sim_time", default_value="false", description="true with a simulator or a bag"
         ),
+        DeclareLaunchArgument(
+            "autostart", default_value="true", description="false where a lifecycle manager starts the node"
+        ),
         DeclareLaunchArgument("rviz", default_value="false", description="whether to start RViz too"),
+    ]
+    clock = {"use_sim_time": ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)}
+    remaps = [
+        ("depth/image_rect_raw", LaunchConfiguration("image")),
+        ("depth/camera_info", LaunchConfiguration("info")),
     ]
     node = Node(
         package="stairmap_ros",
@@ -36,17 +45,18 @@ def generate_launch_description():
         output="screen",
         parameters=[
             LaunchConfiguration("params_file"),
-            {"use_sim_time": LaunchConfiguration("use_sim_time")},
+            clock,
+            {"autostart": ParameterValue(LaunchConfiguration("autostart"), value_type=bool)},
         ],
-        remappings=[
-            ("depth/image_rect_raw", LaunchConfiguration("image")),
-            ("depth/camera_info", LaunchConfiguration("info")),
-        ],
+        remappings=remaps,
     )
     rviz = Node(
         package="rviz2",
         executable="rviz2",
         arguments=["-d", PathJoinSubstitution([share, "rviz", "stairmap.rviz"])],
+        parameters=[clock],
+        # The display asks for the topics by their full names.
+        remappings=[(f"/{source}", target) for source, target in remaps],
         condition=IfCondition(LaunchConfiguration("rviz")),
     )
     return LaunchDescription([*arguments, node, rviz])

@@ -42,6 +42,8 @@ class ImageWorker:
         Gives the newest camera_info.
     now_ns
         Gives the ROS time, nanoseconds.
+    looked
+        Called after each image.
     """
 
     def __init__(
@@ -54,10 +56,11 @@ class ImageWorker:
         status: NodeStatus,
         camera_info: Callable[[], CameraInfo | None],
         now_ns: Callable[[], int],
+        looked: Callable[[], None],
     ) -> None:
         self._own, self._pending, self._transforms = own, pending, transforms
         self._live_map, self._status = live_map, status
-        self._camera_info, self._now_ns = camera_info, now_ns
+        self._camera_info, self._now_ns, self._looked = camera_info, now_ns, looked
         self._unit_watch = DepthUnitWatch()
         self._thread = Thread(target=self._work, name="stairmap worker", daemon=True)
         self._thread.start()
@@ -98,6 +101,7 @@ class ImageWorker:
             map_from_body=self._find_body(stamp_ns),
         )
         detection = self._live_map.look(image)
+        self._looked()
         self._watch_unit(image, message)
         self._status.processed(detection, time.monotonic())
         self._status.published((self._now_ns() - stamp_ns) * 1e-9)

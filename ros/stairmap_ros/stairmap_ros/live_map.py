@@ -3,17 +3,16 @@ here."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Lock
 
 from stairmap.arrays import DepthImage, Transform
 from stairmap.camera import PinholeCamera
 from stairmap.detection.observation import Detection
-from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
 from stairmap_ros.path_corrections import PathCorrections
-from stairmap_ros.stairway_map import MapSnapshot, StairwayMap
+from stairmap_ros.stairway_map import MapAnswer, MapSnapshot, StairwayMap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +40,28 @@ class PlacedDepth:
     map_from_body: Transform | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveState:
+    """What is known at one moment.
+
+    Attributes
+    ----------
+    answer
+        What is confirmed.
+    way
+        Poses of the images in the map; ``None`` before the first.
+    detection, map_from_camera, stamp_ns
+        What the newest image shows, the (4, 4) pose it was taken from, and when, nanoseconds; ``None`` and 0
+        before the first.
+    """
+
+    answer: MapAnswer
+    way: Trajectory | None
+    detection: Detection | None
+    map_from_camera: Transform | None
+    stamp_ns: int
+
+
 class LiveMap:
     """A map that several threads use, and that says whenever it was asked anew.
 
@@ -49,19 +70,21 @@ class LiveMap:
     make_map
         Gives an empty map.
     publish
-        Called with the stairways, and the stamp of the newest image looked at in nanoseconds (0 before the
+        Called with what is known, and the stamp of the newest image looked at in nanoseconds (0 before the
         first): after each image, correction, load and clear.
     """
 
     def __init__(
-        self, make_map: Callable[[], StairwayMap], publish: Callable[[Sequence[Stairway], int], None]
+        self, make_map: Callable[[], StairwayMap], publish: Callable[[MapAnswer, int], None]
     ) -> None:
         self._make_map, self._publish = make_map, publish
         self._lock = Lock()
         self._map = make_map()
         self._num_replaced = 0
-        self._corrections = PathCorrections(first=0)
         self._newest_ns = 0
+        self._newest_pose: Transform | None = None
+        self._newest_detection: Detection | None = None
+        self._begin_way()
 
     @property
     def version(self) -> tuple[int, int]:
@@ -71,7 +94,18 @@ class LiveMap:
     def publish(self) -> None:
         """Publish what is known."""
         with self._lock:
-            self._publish(self._map.stairways(), self._newest_ns)
+            self._publish(self._map.answer(), self._newest_ns)
+
+    def state(self) -> LiveState:
+        """Return what is known at this moment."""
+        with self._lock:
+            return LiveState(
+                answer=self._map.answer(),
+                way=self._map.trajectory,
+                detection=self._newest_detection,
+                map_from_camera=self._newest_pose,
+                stamp_ns=self._newest_ns,
+            )
 
     def look(self, image: PlacedDepth) -> Detection:
         """Look at an image, let it enter the map if it is of use, and publish what is known then."""
@@ -84,8 +118,10 @@ class LiveMap:
             self._map.add(frame, detection, image.stamp_ns, image.map_from_camera)
             if image.map_from_body is not None:
                 self._corrections.add(image.stamp_ns, image.map_from_body)
-            self._newest_ns = max(self._newest_ns, image.stamp_ns)
-            self._publish(self._map.stairways(), self._newest_ns)
+            if image.stamp_ns >= self._newest_ns:
+                self._newest_ns, self._newest_pose = image.stamp_ns, image.map_from_camera
+                self._newest_detection = detection
+            self._publish(self._map.answer(), self._newest_ns)
         return detection
 
     def take_points(
@@ -105,7 +141,7 @@ class LiveMap:
             if map_from_body is not None:
                 self._corrections.add(detection.stamp_ns, map_from_body)
             self._newest_ns = max(self._newest_ns, detection.stamp_ns)
-            self._publish(self._map.stairways(), self._newest_ns)
+            self._publish(self._map.answer(), self._newest_ns)
 
     def correct(self, path: Trajectory) -> None:
         """Move the map by what SLAM says now about where the robot has been.
@@ -118,12 +154,11 @@ class LiveMap:
         with self._lock:
             first, poses = self._corrections.corrected(path, self._map.viewpoints.stamps_ns, self._map.poses)
             self._map.correct(first, poses)
-            self._publish(self._map.stairways(), self._newest_ns)
+            self._publish(self._map.answer(), self._newest_ns)
 
     def forget_way(self) -> None:
         """Begin to note the robot's way and stamps anew, as after a jump in time; the map is kept."""
         with self._lock:
-            self._newest_ns = 0
             self._begin_way()
 
     def new_map(self) -> StairwayMap:
@@ -139,9 +174,8 @@ class LiveMap:
         with self._lock:
             self._map = stairway_map
             self._num_replaced += 1
-            self._newest_ns = 0
             self._begin_way()
-            self._publish(self._map.stairways(), self._newest_ns)
+            self._publish(self._map.answer(), self._newest_ns)
 
     def snapshot(self) -> MapSnapshot:
         """Return a copy of all that is known, for a file.
@@ -156,3 +190,4 @@ class LiveMap:
 
     def _begin_way(self) -> None:
         self._corrections = PathCorrections(first=len(self._map.viewpoints))
+        self._newest_ns, self._newest_pose, self._newest_detection = 0, None, None

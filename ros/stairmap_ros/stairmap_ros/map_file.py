@@ -21,11 +21,11 @@ from stairmap_ros.map_file_lock import MapFileError
 from stairmap_ros.stairway_map import MapSnapshot, StairwayMap
 from stairmap_ros.viewpoints import index_stamps_ns
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the file that is written."""
 
-READABLE_SCHEMAS = (1, 2)
-"""Versions that are read; 1 knows no looks, overhang and deviations of single steps."""
+READABLE_SCHEMAS = (1, 2, 3)
+"""Versions that are read; 1 knows no looks, overhang and deviations of single steps, 2 no ground."""
 
 
 def check_map_file(text: str) -> Path | None:
@@ -77,8 +77,9 @@ def load_map(path: Path, stairway_map: StairwayMap, *, map_frame: str) -> int:
                 **({"looks": arrays["looks"]} if schema > 1 else {}),
             )
             poses = arrays["map_from_camera"]
+            ground = {name: arrays[name] for name in ("ground_views", "ground_edges") if schema > 2}
             state = MapSessionState(
-                modeler=modeler, stamps_ns=index_stamps_ns(len(poses)), map_from_camera=poses
+                modeler=modeler, stamps_ns=index_stamps_ns(len(poses)), map_from_camera=poses, **ground
             )
             snapshot = MapSnapshot(state=state, stamps_ns=arrays["stamps_ns"])
         stairway_map.restore(snapshot)
@@ -110,10 +111,18 @@ def save_map(path: Path, snapshot: MapSnapshot, *, map_frame: str) -> None:
         ids=state.ids,
         next_id=state.next_id,
         looks=state.looks,
+        ground_views=snapshot.state.ground_views,
+        ground_edges=snapshot.state.ground_edges,
         stamps_ns=snapshot.stamps_ns,
         map_from_camera=snapshot.state.map_from_camera,
     )
-    text = stairways_json(snapshot.stairways, num_frames=len(snapshot.stamps_ns), frame_id=map_frame)
+    text = stairways_json(
+        snapshot.answer.stairways,
+        num_frames=len(snapshot.stamps_ns),
+        frame_id=map_frame,
+        drops=snapshot.answer.drops,
+        camera_height=snapshot.answer.camera_height,
+    )
     try:
         write_whole(path, content.getvalue())
         write_whole_text(path.with_suffix(".json"), text)

@@ -8,6 +8,7 @@ import numpy as np
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
+from stairmap.drop import Drop
 from stairmap.stairway import Flight, Stairway
 from stairmap_ros.messages import box_size, point_from, pose_at
 
@@ -17,11 +18,12 @@ FLIGHTS_PER_STAIRWAY = 100
 # Blue and orange of Okabe and Ito: told apart by all eyes.
 NOSING_COLOR = ColorRGBA(r=0.9, g=0.62, b=0.0, a=1.0)
 BOX_COLOR = ColorRGBA(r=0.0, g=0.45, b=0.7, a=0.25)
+DROP_COLOR = ColorRGBA(r=0.84, g=0.37, b=0.0, a=1.0)
 LABEL_COLOR = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
-def make_marker_array(stairways: Sequence[Stairway], header: Header) -> MarkerArray:
-    """Return markers of all flights, after one that deletes all that were shown before.
+def make_marker_array(stairways: Sequence[Stairway], drops: Sequence[Drop], header: Header) -> MarkerArray:
+    """Return markers of all flights and drops, after one that deletes all that were shown before.
 
     So each array stands for itself: what has vanished goes, also where an array was lost on its way, and
     what a node showed that has been restarted since.
@@ -36,6 +38,7 @@ def make_marker_array(stairways: Sequence[Stairway], header: Header) -> MarkerAr
                 _make_box(flight, header, marker_id),
                 _make_label(flight, header, marker_id, name),
             ]
+    markers += [_make_drop(drop, header) for drop in drops]
     return MarkerArray(markers=markers)
 
 
@@ -63,6 +66,15 @@ def _make_nosings(flight: Flight, header: Header, marker_id: int) -> Marker:
     marker.scale.x = 0.02
     marker.color = NOSING_COLOR
     marker.points = [point_from(end) for nosing in flight.edges() for end in nosing]
+    return marker
+
+
+def _make_drop(drop: Drop, header: Header) -> Marker:
+    marker = Marker(header=header, ns="drops", id=drop.id, type=Marker.LINE_LIST, action=Marker.ADD)
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = 0.04
+    marker.color = DROP_COLOR
+    marker.points = [point_from(end) for end in drop.edge]
     return marker
 
 

@@ -55,6 +55,9 @@ class NodeConfig(BaseModel):
     views_per_place: int = Field(10, ge=1, le=1000)
     """How many images from one place (0.1 m, 10 deg) enter the map: a robot that waits before a stairway
     does not fill the memory."""
+    robot: str = ""
+    """Robot whose verdicts count: a profile of `stairmap check --list`, or a YAML file. Stairs that it can
+    climb are no obstacle and not in its keep-out masks. Empty: a robot on wheels."""
     path_frame: str = "base_link"
     """Coordinate frame whose poses a corrected path (topic corrected_path) lists."""
     map_file: str = ""

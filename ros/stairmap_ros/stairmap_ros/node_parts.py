@@ -11,11 +11,13 @@ from rclpy.node import Node
 
 from stairmap.config import Config
 from stairmap.errors import StairmapError
+from stairmap.navigation.robot_profile import load_robot
 from stairmap_ros.depth_in import DepthIn, find_depth_topics, stamp_of
 from stairmap_ros.image_worker import ImageWorker
 from stairmap_ros.live_map import LiveMap
 from stairmap_ros.map_keeper import MapKeeper
 from stairmap_ros.map_services import MapServices
+from stairmap_ros.navigation_out import NavigationOut
 from stairmap_ros.node_config import NodeConfig
 from stairmap_ros.node_status import NodeStatus
 from stairmap_ros.path_in import PathIn
@@ -72,6 +74,9 @@ class NodeParts:
         self._keeper = made.enter_context(
             closing(MapKeeper(self._live_map, file=own.map_file, map_frame=own.map_frame))
         )
+        robot = load_robot(own.robot) if own.robot else None
+        navigation = NavigationOut(node, self._live_map, map_frame=own.map_frame, robot=robot)
+        self._navigation = made.enter_context(closing(navigation))
         made.enter_context(closing(MapServices(node, self._live_map, self._keeper)))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         save_timer = node.create_timer(own.map_save_period, self.save, clock=steady)
@@ -116,6 +121,7 @@ class NodeParts:
             status=self._status,
             camera_info=lambda: None if self._depth is None else self._depth.info,
             now_ns=self._now_ns,
+            looked=self._navigation.publish_obstacles,
         )
         if self._points is not None:
             self._sweep_worker = SweepWorker(
@@ -126,6 +132,7 @@ class NodeParts:
                 live_map=self._live_map,
                 status=self._status,
                 now_ns=self._now_ns,
+                looked=self._navigation.publish_obstacles,
             )
 
     def deactivate(self) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,15 +12,35 @@ from stairmap.arrays import DepthImage, Float64Array, IntArray, Transform
 from stairmap.camera import PinholeCamera
 from stairmap.config import Config
 from stairmap.detection.observation import Detection
+from stairmap.drop import Drop
 from stairmap.errors import StairmapError
 from stairmap.frame import DepthFrame
 from stairmap.session import MapSession, MapSessionState
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
-from stairmap_ros.viewpoints import Viewpoints
+from stairmap_ros.viewpoints import ViewKind, Viewpoints
+
+T = TypeVar("T", Stairway, Drop)
 
 MAX_QUERY_SHARE = 0.25
 """Share of the time that may go into asking for stairways: in a large map it is done less often."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapAnswer:
+    """What the map says at one moment, with real stamps.
+
+    Attributes
+    ----------
+    stairways, drops
+        What is confirmed.
+    camera_height
+        Height of the camera above the ground, m; ``None`` where not known.
+    """
+
+    stairways: tuple[Stairway, ...] = ()
+    drops: tuple[Drop, ...] = ()
+    camera_height: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,21 +53,22 @@ class MapSnapshot:
         What the session knows, by index stamps.
     stamps_ns
         (N,) real stamps of the images in it, in nanoseconds.
-    stairways
-        The stairways of the last query.
+    answer
+        What the last query told.
     """
 
     state: MapSessionState
     stamps_ns: IntArray
-    stairways: tuple[Stairway, ...] = ()
+    answer: MapAnswer = field(default_factory=MapAnswer)
 
 
 class StairwayMap:
     """Holds a session, and lets into it what is of use.
 
-    Every image is looked at; one enters the map when it shows stair edges, or misses stairs that are in the
-    map, from a place that was not looked from often enough yet. So the map grows with the building and not
-    with the time.
+    Every image is looked at; one enters the map when it shows stair edges, misses stairs that are in the
+    map, or
+    shows an edge of the ground or ground, from a place that was not looked from often enough yet. So the map
+    grows with the building and not with the time.
 
     Parameters
     ----------
@@ -61,10 +83,22 @@ class StairwayMap:
     def __init__(self, config: Config, *, method: str, views_per_place: int) -> None:
         self._session = MapSession(config, method=method)
         self.viewpoints = Viewpoints(per_place=views_per_place)
-        self._stairways: tuple[Stairway, ...] = ()
+        self._answer = MapAnswer()
+        self._point_stamps: set[int] = set()
         self._is_stale = False
         self._next_query = 0.0
         self.version = 0
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """Poses of the images in the map by their index stamps, without those of LiDARs; ``None`` if none."""
+        if not self._session.num_frames:
+            return None
+        way = self._session.trajectory()
+        is_image = ~np.isin(way.stamps_ns, list(self._point_stamps))
+        if not is_image.any():
+            return None
+        return Trajectory(stamps_ns=way.stamps_ns[is_image], map_from_camera=way.map_from_camera[is_image])
 
     @property
     def poses(self) -> Float64Array:
@@ -84,39 +118,54 @@ class StairwayMap:
     def add(self, frame: DepthFrame, detection: Detection, stamp_ns: int, map_from_camera: Transform) -> None:
         """Let what ``detect`` has just found enter the map, if it is of use."""
         looks = self._session.look(frame, map_from_camera)
-        kinds = {True: bool(detection), False: any(look.is_absent for look in looks)}
+        kinds = {
+            ViewKind.STAIRS: bool(detection),
+            ViewKind.MISSED_STAIRS: any(look.is_absent for look in looks),
+            ViewKind.DROP: bool(detection.drops),
+            ViewKind.GROUND: detection.ground is not None and not detection.drops,
+        }
         wanted = [
-            shows_stairs
-            for shows_stairs, is_it in kinds.items()
-            if is_it and self.viewpoints.is_wanted(map_from_camera, shows_stairs=shows_stairs)
+            kind
+            for kind, is_it in kinds.items()
+            if is_it and self.viewpoints.is_wanted(map_from_camera, kind)
         ]
+        if ViewKind.STAIRS in wanted and ViewKind.MISSED_STAIRS in wanted:
+            wanted.remove(ViewKind.MISSED_STAIRS)
         if wanted:
             self._session.take(frame, detection, map_from_camera, looks)
-            self.viewpoints.add(stamp_ns, map_from_camera, shows_stairs=wanted[0])
+            self.viewpoints.add(stamp_ns, map_from_camera, wanted)
             self._mark_changed()
 
     def add_points(self, detection: Detection, map_from_sensor: Transform) -> None:
         """Let what was found in points, such as a window of sweeps, enter the map, if it is of use."""
-        if not detection or not self.viewpoints.is_wanted(map_from_sensor, shows_stairs=True):
+        if not detection or not self.viewpoints.is_wanted(map_from_sensor, ViewKind.STAIRS):
             return
         stamp_ns, index_ns = detection.stamp_ns, self.viewpoints.next_index_stamp_ns
         observations = tuple(replace(item, stamp_ns=index_ns) for item in detection.observations)
         self._session.take_points(
             replace(detection, stamp_ns=index_ns, observations=observations), map_from_sensor
         )
-        self.viewpoints.add(stamp_ns, map_from_sensor, shows_stairs=True)
+        self.viewpoints.add(stamp_ns, map_from_sensor, [ViewKind.STAIRS])
+        self._point_stamps.add(index_ns)
         self._mark_changed()
 
-    def stairways(self) -> tuple[Stairway, ...]:
-        """Return the stairways with real stamps; asked anew after a change, in a bounded share of time."""
+    def answer(self) -> MapAnswer:
+        """Return what is known with real stamps; asked anew after a change, in a bounded share of time."""
         started = time.monotonic()
         if self._is_stale and started >= self._next_query:
-            found = self._session.stairways()
-            self._stairways = tuple(self._with_real_stamps(stairway) for stairway in found)
+            self._answer = MapAnswer(
+                stairways=tuple(self._with_real_stamps(stairway) for stairway in self._session.stairways()),
+                drops=tuple(self._with_real_stamps(drop) for drop in self._session.drops()),
+                camera_height=self._session.camera_height,
+            )
             self._is_stale = False
             ended = time.monotonic()
             self._next_query = ended + (ended - started) * (1.0 / MAX_QUERY_SHARE - 1.0)
-        return self._stairways
+        return self._answer
+
+    def stairways(self) -> tuple[Stairway, ...]:
+        """Return the stairways of ``answer``."""
+        return self.answer().stairways
 
     def correct(self, first: int, poses: Float64Array) -> None:
         """Take corrected (M, 4, 4) poses of the viewpoints from ``first`` on, as after a loop closure."""
@@ -137,7 +186,7 @@ class StairwayMap:
         return MapSnapshot(
             state=self._restorable_session().state(),
             stamps_ns=self.viewpoints.stamps_ns.copy(),
-            stairways=self._stairways,
+            answer=self._answer,
         )
 
     def restore(self, snapshot: MapSnapshot) -> None:
@@ -150,15 +199,24 @@ class StairwayMap:
         StairmapError
             If the method cannot go on from it.
         """
-        poses, modeler = snapshot.state.map_from_camera, snapshot.state.modeler
-        shows_stairs = np.isin(snapshot.state.stamps_ns, modeler.observations["stamp_ns"])
-        if not (shows_stairs | np.isin(snapshot.state.stamps_ns, modeler.looks["stamp_ns"])).all():
-            raise ValueError("it has images that neither show nor miss stairs")
+        state, poses = snapshot.state, snapshot.state.map_from_camera
+        stamps = {
+            ViewKind.STAIRS: state.modeler.observations["stamp_ns"],
+            ViewKind.MISSED_STAIRS: state.modeler.looks["stamp_ns"],
+            ViewKind.DROP: state.ground_edges["stamp_ns"],
+            ViewKind.GROUND: state.ground_views["stamp_ns"],
+        }
+        shown = {kind: np.isin(state.stamps_ns, of_kind) for kind, of_kind in stamps.items()}
+        if not np.any(list(shown.values()), axis=0).all():
+            raise ValueError("it has images that show nothing of the map")
         if len(snapshot.stamps_ns) != len(poses):
             raise ValueError(f"{len(snapshot.stamps_ns)} images have {len(poses)} poses")
-        self._restorable_session().restore(snapshot.state)
-        for stamp_ns, pose, shows in zip(snapshot.stamps_ns, poses, shows_stairs, strict=True):
-            self.viewpoints.add(int(stamp_ns), pose, shows_stairs=bool(shows))
+        self._restorable_session().restore(state)
+        shown[ViewKind.MISSED_STAIRS] &= ~shown[ViewKind.STAIRS]
+        shown[ViewKind.GROUND] &= ~shown[ViewKind.DROP]
+        for index, (stamp_ns, pose) in enumerate(zip(snapshot.stamps_ns, poses, strict=True)):
+            kinds = [kind for kind in ViewKind if shown[kind][index]]
+            self.viewpoints.add(int(stamp_ns), pose, kinds)
         self._mark_changed()
 
     def _mark_changed(self) -> None:
@@ -170,9 +228,9 @@ class StairwayMap:
             raise StairmapError("map_file needs method: stairmap; the other method keeps no observations")
         return self._session
 
-    def _with_real_stamps(self, stairway: Stairway) -> Stairway:
+    def _with_real_stamps(self, seen: T) -> T:
         return replace(
-            stairway,
-            first_seen_ns=self.viewpoints.real_stamp_ns(stairway.first_seen_ns),
-            last_seen_ns=self.viewpoints.real_stamp_ns(stairway.last_seen_ns),
+            seen,
+            first_seen_ns=self.viewpoints.real_stamp_ns(seen.first_seen_ns),
+            last_seen_ns=self.viewpoints.real_stamp_ns(seen.last_seen_ns),
         )

@@ -47,6 +47,8 @@ class SweepWorker:
         Where what is wrong with them is noted.
     now_ns
         Gives the ROS time, nanoseconds.
+    looked
+        Called after each window.
     """
 
     def __init__(
@@ -59,10 +61,12 @@ class SweepWorker:
         live_map: LiveMap,
         status: NodeStatus,
         now_ns: Callable[[], int],
+        looked: Callable[[], None],
     ) -> None:
         self._own, self._config = own, config
         self._points, self._transforms = points, transforms
         self._live_map, self._status, self._now_ns = live_map, status, now_ns
+        self._looked = looked
         self._gatherer = WindowGatherer()
         self._latest_ns = 0
         points.open()
@@ -111,6 +115,7 @@ class SweepWorker:
         except TransformLookupError:
             body = None
         self._live_map.take_points(detection, window.map_from_sensor, body)
+        self._looked()
         self._status.processed(detection, time.monotonic())
         self._status.published((self._now_ns() - window.stamp_ns) * 1e-9)
 
