@@ -100,7 +100,7 @@ def main() -> int:
 def wanted_parts() -> dict[str, str]:
     """Return a sum for each part of the environment: what has the same sum need not be made again."""
     wheels = hashlib.sha256(" ".join((DISTRIBUTION, *WHEELS, *OTHER_PACKAGES)).encode()).hexdigest()
-    interfaces = {folder.name: digest(folder) for folder in INTERFACES}
+    interfaces = {folder.name: digest(*message_files(folder)) for folder in INTERFACES}
     return {"wheels": wheels, "stairmap": digest(ROOT / "pyproject.toml"), **interfaces, "node": digest(NODE)}
 
 
@@ -211,11 +211,16 @@ def clean_env() -> dict[str, str]:
     return environment
 
 
-def digest(path: Path) -> str:
-    """Return a sum of a file, or of all files in a folder."""
+def message_files(folder: Path) -> list[Path]:
+    """Return the files of a package that its messages are built from."""
+    return [folder / "CMakeLists.txt", *folder.glob("msg/*.msg"), *folder.glob("srv/*.srv")]
+
+
+def digest(*paths: Path) -> str:
+    """Return a sum of files, and of all files in folders."""
     total = hashlib.sha256()
-    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
-    for file in files:
+    files = [file for path in paths for file in (path.rglob("*") if path.is_dir() else [path])]
+    for file in sorted(file for file in files if file.is_file()):
         parts = file.relative_to(ROOT).parts
         if not any(part == "__pycache__" or part.endswith((".egg-info", "_cache")) for part in parts):
             total.update("/".join(parts).encode() + file.read_bytes())
