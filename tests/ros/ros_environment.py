@@ -56,6 +56,8 @@ class RosEnvironment:
 
         It cannot import ``without_package``, as if that were not installed.
         """
+        # A robot that waits for answers on a busy machine is silent for longer than the default.
+        parameters = {"max_silence": 60.0, **parameters}
         variables = dict(self.variables)
         if without_package:
             missing = self._folder / "missing"

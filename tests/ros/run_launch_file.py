@@ -1,5 +1,6 @@
-"""Runs a launch file until both programs have said what they were given: ``run_launch_file.py FILE KEY:=TEXT …``.
+"""Runs a launch file until both of its programs have said what they were given.
 
+Call it as ``run_launch_file.py FILE KEY:=TEXT …``.
 In the environment of ``make_environment.py``, where ``launch`` and ``launch_ros`` can be imported.
 """
 

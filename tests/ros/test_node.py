@@ -18,12 +18,9 @@ from ros_environment import Drive, RosEnvironment, wait_for
 pytestmark = pytest.mark.usefixtures("wheels")
 
 
-@pytest.mark.parametrize("reliability", ["best_effort", "reliable"])
-def test_a_stairway_comes_back_as_messages_markers_and_detections(
-    ros: RosEnvironment, drive: Drive, reliability: str
-) -> None:
-    ros.start_node(reliability=reliability, robot="spot")
-    (outcome,) = ros.run_robot([{"reliability": reliability}])
+def test_a_stairway_comes_back_as_messages_markers_and_detections(ros: RosEnvironment, drive: Drive) -> None:
+    ros.start_node(robot="spot")
+    (outcome,) = ros.run_robot([{}])
     assert outcome["answered"]
     flight = assert_is_the_stairway(outcome, drive.true_flight)
     assert_markers_show(outcome["markers"], flight, drive.true_flight.num_risers)
@@ -39,8 +36,8 @@ def test_a_stairway_comes_back_as_messages_markers_and_detections(
 
 
 def test_a_corrected_path_moves_the_stairway(ros: RosEnvironment, drive: Drive) -> None:
-    ros.start_node()
-    before, after = ros.run_robot([{}, {"mode": "correct", "without": ["depth"]}])
+    ros.start_node(reliability="reliable")
+    before, after = ros.run_robot([{"reliability": "reliable"}, {"mode": "correct", "without": ["depth"]}])
     lower = assert_is_the_stairway(before, drive.true_flight)
     assert after["answered"]
     higher = after["stairways"][0]["flights"][0]
