@@ -100,7 +100,7 @@ def test_a_package_has_its_licence_changelog_and_version(name: str) -> None:
     assert next(root.iter("license")).attrib == {"file": "LICENSE"}
     assert (folder / "CHANGELOG.rst").read_text().splitlines()[1] == f"Changelog for package {name}"
     version = str(next(root.iter("version")).text)
-    assert f'version = "{version}"' in (ROOT / "pyproject.toml").read_text()
+    assert f'__version__ = "{version}"' in (ROOT / "src/stairmap/__init__.py").read_text()
     setup = folder / "setup.py"
     assert not setup.exists() or f'version="{version}"' in setup.read_text()
 

@@ -50,7 +50,7 @@ def test_each_window_is_published_with_its_stamp() -> None:
     published: list[tuple[int, int]] = []
     live = LiveMap(
         lambda: StairwayMap(Config(), method="stairmap", views_per_place=10),
-        lambda stairways, stamp_ns: published.append((len(stairways), stamp_ns)),
+        lambda answer, stamp_ns: published.append((len(answer.stairways), stamp_ns)),
     )
     for index, pose in enumerate(POSES):
         live.take_points(seen(pose, START_NS + index), pose, np.eye(4))
