@@ -45,6 +45,15 @@ for method in ("stairmap", "delmerico2013"):
     detection = stairway_map.detect(frame, np.eye(4))
     stairway_map.add(frame, detection, 1, np.eye(4))
     stairway_map.answer()
+from pathlib import Path
+from stairmap.errors import MissingPackageError
+from stairmap.recordings.open import open_recording
+try:
+    open_recording(Path(sys.argv[2]))
+except MissingPackageError as error:
+    assert "reading a bag needs the package rosbags" in str(error), error
+else:
+    raise AssertionError("a bag was opened without rosbags")
 standard = sys.stdlib_module_names
 print(",".join(sorted({name.partition(".")[0] for name, module in sys.modules.items() if module} - standard)))
 """
@@ -78,11 +87,12 @@ def test_what_the_node_imports_is_declared_and_nothing_else() -> None:
     assert "rviz2" not in wanted
 
 
-def test_the_core_of_the_node_needs_only_what_debian_carries() -> None:
+def test_the_core_of_the_node_needs_only_what_debian_carries(tmp_path: Path) -> None:
     """No typer, no rich, no rosbags: these are for the command line and bags."""
     modules = sorted(name for name in imported_names() if name.partition(".")[0] == "stairmap")
+    (tmp_path / "walk.bag").touch()
     ended = subprocess.run(
-        [sys.executable, "-c", CORE_WITHOUT, ",".join(modules)],
+        [sys.executable, "-c", CORE_WITHOUT, ",".join(modules), tmp_path / "walk.bag"],
         env={**os.environ, "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{NODE}"},
         capture_output=True,
         text=True,

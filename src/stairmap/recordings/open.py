@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stairmap.errors import RecordingError
+from stairmap.errors import MissingPackageError, RecordingError
 from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.base import Recording, WatchOpening
 from stairmap.recordings.image_folder import CAMERA_FILE, DEPTH_LIST, ImageFolderRecording
@@ -96,6 +96,7 @@ def open_sweeps(
     watch: WatchOpening | None = None,
 ) -> SweepRecording | ElevationRecording:
     """Open the sweeps of a LiDAR, or a robot's elevation maps, in a bag; see ``open_recording``."""
+    _check_rosbags()
     from stairmap.recordings.bags.bag import METADATA, Bag, is_bag  # noqa: PLC0415
     from stairmap.recordings.bags.elevation import ElevationRecording  # noqa: PLC0415
     from stairmap.recordings.bags.grid_message import GRID_MAP  # noqa: PLC0415
@@ -165,6 +166,7 @@ def _open_bag(
     options: BagOptions,
     watch: WatchOpening | None,
 ) -> Recording:
+    _check_rosbags()
     # The readers of bags take a tenth of a second to load, which an image folder need not wait for.
     from stairmap.recordings.bags.bag import METADATA, is_bag  # noqa: PLC0415
     from stairmap.recordings.bags.recording import BagRecording  # noqa: PLC0415
@@ -177,6 +179,14 @@ def _open_bag(
     return BagRecording(
         folder, trajectory=trajectory, up=up, pose_format=pose_format, options=options, watch=watch
     )
+
+
+def _check_rosbags() -> None:
+    """Say what is missing where only the core was installed, as a ROS workspace does."""
+    try:
+        import rosbags  # noqa: F401, PLC0415
+    except ImportError as error:
+        raise MissingPackageError("rosbags", "bags", "reading a bag") from error
 
 
 def _describe_file(path: Path) -> str:
