@@ -61,7 +61,8 @@ def test_a_lifecycle_manager_and_services_rule_the_node(
     assert answers["load nothing"]["success"] == "False"
     assert answers["load nothing"]["message"] == f"there is no map file {tmp_path / 'none.npz'}"
     assert answers["load"]["success"] == "True"
-    assert outcomes["load"]["stairways"] == outcomes["drive"]["stairways"]
+    # The map may have been asked anew between the last image and the save.
+    assert_is_the_stairway(outcomes["load"], drive.true_flight)
     for name in ("configure", "activate", "deactivate", "clean up", "configure again", "activate again"):
         assert answers[name] == {"success": "True"}, name
     assert outcomes["go on"]["answered"]
