@@ -102,7 +102,7 @@ def main() -> None:
         while time.monotonic() - begin < FACTOR * PERIOD_NS * 1e-9:
             rclpy.spin_once(robot, timeout_sec=0.02)
     deadline = time.monotonic() + PATIENCE
-    while not robot.stairways and time.monotonic() < deadline:
+    while not (robot.stairways and "1 stairway" in robot.diagnostics) and time.monotonic() < deadline:
         rclpy.spin_once(robot, timeout_sec=0.1)
     Path(sys.argv[2]).write_text(
         json.dumps({"stairways": robot.stairways, "diagnostics": robot.diagnostics[-20:]})
