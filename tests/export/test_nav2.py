@@ -438,6 +438,21 @@ def test_a_floor_has_no_edges_where_no_free_way_or_no_map_is_known(tmp_path):
         assert any(words in note for note in graph.notes)
 
 
+def test_no_floor_edge_begins_through_a_wall_behind_a_staging_pose(tmp_path):
+    """The nearest place where the robot fits is on the other side of the wall."""
+    stairways = [
+        make_stairway(make_flight(base=(0, y, 0.0), num_risers=18), stairway_id=number)
+        for number, y in ((1, 0.0), (2, 6.0))
+    ]
+    grids = free_floors(stairways)
+    cells = grids[0].cells.copy()
+    # From x = -0.8 to -0.7 along the whole first stairway's front.
+    cells[120:180, 142] = 100
+    grids[0] = replace(grids[0], cells=cells)
+    _, graph, _ = write_graph(tmp_path, stairways=stairways, grids=grids)
+    assert floor_edges(graph, 0) == []
+
+
 @pytest.mark.parametrize(("directions", "kinds"), [("up", {"stairs_up"}), ("down", {"stairs_down"})])
 def test_stairs_that_a_robot_takes_in_one_direction_have_edges_in_that_alone(directions, kinds):
     profile = replace(load_robot("spot"), stair_directions=directions)

@@ -128,11 +128,15 @@ def test_a_camera_carried_at_changing_heights_over_a_table_tells_of_no_drop():
     assert known.camera_height == 0.6
 
 
-def test_ground_that_lies_lower_than_the_robots_own_has_no_drops():
-    """Frames at the foot of an edge, where the lower ground fills the view, are not on the robot's ground."""
+def test_edges_of_ground_that_the_robot_does_not_move_on_are_no_drops():
+    """Frames whose ground lies lower or higher than the robot's own: a table, the floor below an edge."""
     session = drive(MapSession(), dock(0.8), np.linspace(2.4, 1.2, 12))
     (drop,) = session.drops()
-    drive(session, dock(0.4), [-0.3 - 0.01 * step for step in range(4)], height=0.6 - 0.3, first=12)
+    aside = transform_from_parts(np.eye(3), [0.0, 20.0, 0.0])
+    for number, distance in enumerate(np.linspace(1.6, 1.3, 5), start=12):
+        pose = pose_looking((-distance, 0.0, 1.0), down=np.radians(30))
+        frame = frame_of([dock(0.8)], pose, stamp_ns=number * 10**8, has_up=False)
+        assert session.add(frame, aside @ pose).drops
     assert [other.id for other in session.drops()] == [drop.id]
 
 

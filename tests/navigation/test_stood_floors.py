@@ -53,12 +53,18 @@ def test_a_seen_end_that_lies_off_gives_way_to_where_the_robot_stood():
 
 
 def test_a_floor_above_stairs_whose_top_nobody_saw_lies_where_the_robot_came_to_stand():
-    """Nine of 12 risers were seen; 2.04 m up the robot stayed, too near to be a storey of its own."""
-    stairway = make_stairway(make_flight(num_risers=9, top_seen=False))
-    stack = find_floors([stairway], way_over((-2.0, 0.0), (5.0, 12 * 0.17)), camera_height=CAMERA_HEIGHT)
-    assert [round(floor.height, 2) for floor in stack.floors] == [0.0, 2.04]
+    """Seven of ten risers were seen; 1.70 m up the robot stayed, too low for a storey of its own."""
+    stairway = make_stairway(make_flight(num_risers=7, top_seen=False))
+    stack = find_floors([stairway], way_over((-2.0, 0.0), (5.0, 10 * 0.17)), camera_height=CAMERA_HEIGHT)
+    assert [round(floor.height, 2) for floor in stack.floors] == [0.0, 1.7]
     assert stack.levels == {1: (0, 1)}
     assert stack.floor(1).is_explored and not stack.floor(1).is_open
+
+
+def test_an_upper_floor_lies_where_the_robot_stood_and_not_where_stairs_were_seen_to_end():
+    stairway = make_stairway(make_flight(num_risers=12))
+    stack = find_floors([stairway], way_over((-2.0, 0.0), (6.0, 2.12)), camera_height=CAMERA_HEIGHT)
+    assert [round(floor.height, 2) for floor in stack.floors] == [0.0, 2.12]
 
 
 def test_poses_on_the_steps_are_on_no_floor():
