@@ -17,6 +17,10 @@ from stairmap.detection.profile import StairProfile
 MIN_SEEN_SHARE = 0.6
 """Share of the steps from the lowest to the highest that must have been seen."""
 
+MIN_TREAD_DEPTH, MIN_SURFACE_SHARE = 0.015, 0.4
+"""In this share of the steps a tread reaches over more depth than this, m, in half of its pieces across, or
+its riser was seen: a far scanner's lines on a hill have neither."""
+
 MAX_IRREGULARITY = 0.022
 """Largest root mean square of the steps' own places off the regular ones, m, beyond the noise: worn and badly
 built stairs reach 19 mm."""
@@ -98,6 +102,10 @@ def find_rejections(
 
     check("min_steps", float(np.count_nonzero(seen)), config.detection.min_steps, "1")
     check("min_seen_share", float(seen.mean()), MIN_SEEN_SHARE, "1")
+    has_surface = section.risers.is_seen | (
+        section.treads.is_seen[1:] & (section.treads.extent[1:] > MIN_TREAD_DEPTH)
+    )
+    check("min_surface_share", float(has_surface.mean()), MIN_SURFACE_SHARE, "1")
     for name in ("rise", "run"):
         value, slack = getattr(profile, name), min(2 * getattr(section.std, name), ENVELOPE_SLACK)
         check(f"min_{name}", value, getattr(envelope, f"min_{name}") - slack, "m")

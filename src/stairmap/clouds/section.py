@@ -206,6 +206,7 @@ def _without_undersides(lattice: StepLattice, treads: Surfaces) -> Surfaces:
         place=np.where(is_under, np.nan, treads.place),
         std=np.where(is_under, np.inf, treads.std),
         cover=np.where(is_under, 0.0, treads.cover),
+        extent=np.where(is_under, 0.0, treads.extent),
     )
 
 
@@ -228,6 +229,7 @@ def _measure(strip: Strip, lattice: StepLattice, num_steps: int) -> _Measured:
         place=np.where(by_riser, risers.place - overhang, fronts.place),
         std=np.where(by_riser, risers.std, fronts.std),
         cover=np.where(by_riser, risers.cover, fronts.cover),
+        extent=np.where(by_riser, risers.extent, fronts.extent),
     )
     return _Measured(
         treads=treads,

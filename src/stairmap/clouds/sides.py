@@ -16,7 +16,7 @@ PIECE = 0.04
 MAX_HOLE = 3
 """Pieces in a row without points that are a hole, not an end."""
 
-THIN_SHARE = 0.35
+THIN_SHARE = 0.2
 """A piece is empty with less than this share of the usual number of points."""
 
 SEARCH = 6.0
@@ -28,7 +28,10 @@ NEAR = 10
 MAX_SPREAD = 0.03
 """Ends of single steps that lie within this of their median are of one straight side, m."""
 
-MIN_AGREEING = 0.5
+END_PIECES = 4
+"""Pieces inward from an end that tell how many points one holds there."""
+
+MIN_AGREEING = 0.4
 """Share of the steps whose ends must agree for the end to count as seen: occlusions are not parallel to
 stairs."""
 
@@ -37,6 +40,9 @@ MIN_STEPS = 2
 
 END_STD, OPEN_STD = 0.003, 0.05
 """Standard deviation of an end that was seen, beyond its steps' own, and of one that was not, m."""
+
+ROLL_HALF_WIDTH, MAX_ROLL = 0.25, 0.06
+"""How much treads slope aside is told within this of their middle, m; more than the second is no tread's."""
 
 MIN_POINTS = 6
 """Fewest points of a step that tell where it ends."""
@@ -103,10 +109,12 @@ def find_sides(points: Float64Array, section: Section, noise: float) -> StepSide
     middle = 0.5 * sum(section.sides)
     ends = np.full((profile.num_steps, 2), np.nan)
     nosings, levels = profile.nosing_distances, profile.tread_heights
+    roll = _find_roll(local, section, band)
     for step in range(profile.num_steps):
         low, high = nosings[step] + profile.run * np.array(TREAD_WINDOW)
         first, last = np.searchsorted(local[:, 0], (low, high))
         t, over = local[first:last, 1], local[first:last, 2] - levels[step + 1]
+        over = over - roll * (t - middle)
         # The upper floor is wider than the flight.
         if not (step == profile.num_steps - 1 and section.top_seen):
             # A wall beside the tread, or the face under its end, is counted beside it and taken off.
@@ -133,6 +141,25 @@ def find_sides(points: Float64Array, section: Section, noise: float) -> StepSide
     )
 
 
+def _find_roll(local: Float64Array, section: Section, band: float) -> float:
+    """How much treads climb to the left, m per m: a band about their height would lose those that do."""
+    profile, middle = section.profile, 0.5 * sum(section.sides)
+    half = min(0.5 * (section.sides[1] - section.sides[0]), ROLL_HALF_WIDTH)
+    parts = []
+    for step in range(profile.num_steps - 1):
+        low, high = profile.nosing_distances[step] + profile.run * np.array(TREAD_WINDOW)
+        first, last = np.searchsorted(local[:, 0], (low, high))
+        t, over = local[first:last, 1] - middle, local[first:last, 2] - profile.tread_heights[step + 1]
+        near = (np.abs(t) < half) & (np.abs(over) < band + MAX_ROLL * half)
+        if np.count_nonzero(near) >= MIN_POINTS:
+            parts.append(np.column_stack([t[near] - t[near].mean(), over[near] - np.median(over[near])]))
+    if not parts:
+        return 0.0
+    t, over = np.concatenate(parts).T
+    roll = float((t * over).sum() / max((t**2).sum(), 1e-9))
+    return roll if abs(roll) < MAX_ROLL else 0.0
+
+
 def _find_ends(on: Float64Array, beside: Float64Array, middle: float) -> tuple[float, float]:
     """Right and left end of the points of one step, NaN without enough of them.
 
@@ -156,14 +183,20 @@ def _find_ends(on: Float64Array, beside: Float64Array, middle: float) -> tuple[f
     parts = np.split(filled, np.flatnonzero(np.diff(filled) > MAX_HOLE + 1) + 1)
     part = min(parts, key=lambda item: max(item[0] - start, start - item[-1], 0))
     # How many points the last pieces hold says where in them the step ends.
-    inner = counts[part[0] + 1 : part[-1]]
-    density = float(np.median(inner[inner > 0])) if (inner > 0).any() else usual
-    first = counts[max(part[0] - 1, 0) : part[0] + 2].sum() / density
-    last = counts[max(part[-1] - 1, 0) : part[-1] + 2].sum() / density
+    first = counts[max(part[0] - 1, 0) : part[0] + 2].sum() / _density(counts[part[0] + 1 : part[-1]], usual)
+    last = counts[max(part[-1] - 1, 0) : part[-1] + 2].sum() / _density(
+        counts[part[0] + 1 : part[-1]][::-1], usual
+    )
     return (
         float(low + PIECE * (part[0] + 2 - np.clip(first, 0.0, 3.0))),
         float(low + PIECE * (part[-1] - 1 + np.clip(last, 0.0, 3.0))),
     )
+
+
+def _density(inward: Float64Array, usual: float) -> float:
+    """Points of a piece near an end, given those from the end inward: posts beside it take some away."""
+    near = inward[:END_PIECES]
+    return float(np.median(near[near > 0])) if (near > 0).any() else usual
 
 
 def _find_side(ends: Float64Array, outward: float) -> tuple[float, bool, float]:
@@ -171,8 +204,11 @@ def _find_side(ends: Float64Array, outward: float) -> tuple[float, bool, float]:
     known = ends[np.isfinite(ends)]
     if not len(known):
         return 0.0, False, OPEN_STD
-    agrees = np.abs(known - np.median(known)) < MAX_SPREAD
-    num = np.count_nonzero(agrees)
-    if num >= max(MIN_STEPS, MIN_AGREEING * len(known)):
+    # What stands on the steps hides their ends, and nothing makes them longer: the outermost counts.
+    near = np.abs(known[:, None] - known[None, :]) < MAX_SPREAD
+    enough = near.sum(axis=1) >= max(MIN_STEPS, MIN_AGREEING * len(known))
+    if enough.any():
+        agrees = near[int(np.argmax(np.where(enough, outward * known, -np.inf)))]
+        num = np.count_nonzero(agrees)
         return float(known[agrees].mean()), True, float(np.hypot(known[agrees].std() / np.sqrt(num), END_STD))
     return float(outward * np.percentile(outward * known, 75)), False, OPEN_STD

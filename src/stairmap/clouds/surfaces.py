@@ -68,9 +68,6 @@ PEAK_WIDTH, MIN_PEAK_WIDTH = 1.5, 0.006
 OUTER_SHARE = 0.4
 """The outermost surface that has this share of the points of the fullest one is the one that counts."""
 
-MIN_TREAD_DEPTH = 0.05
-"""A tread reaches over more depth than this, m: one line of a far scanner does not."""
-
 MIN_RISER_HEIGHT = 0.035
 """A riser reaches over more height than this, m: a third of the lowest, in its window."""
 
@@ -154,11 +151,14 @@ class Surfaces:
         Its standard deviation, m; infinite where not seen.
     cover
         Share of the width over which it was seen.
+    extent
+        How far a riser reaches up, or a tread behind itself, m; 0 for fronts.
     """
 
     place: Float64Array
     std: Float64Array
     cover: Float64Array
+    extent: Float64Array
 
     @property
     def is_seen(self) -> Mask:
@@ -179,7 +179,7 @@ def measure_treads(strip: Strip, lattice: StepLattice, index: IntArray) -> Surfa
                 strip.box(along, (z - reach, z + reach)),
                 axis=2,
                 is_last=True,
-                min_extent=MIN_TREAD_DEPTH,
+                min_extent=-1.0,
             )
         )
     return _stacked(results)
@@ -197,7 +197,7 @@ def measure_risers(strip: Strip, lattice: StepLattice, index: IntArray, treads: 
     for row, k in enumerate(index.tolist()):
         s, below = float(lattice.nosing(k)), float(lattice.level(k - 1))
         up = (below + RISER_WINDOW[0] * lattice.rise, below + RISER_WINDOW[1] * lattice.rise)
-        place, std, cover = _find_surface(
+        place, std, cover, extent = _find_surface(
             strip, strip.box((s - reach, s + reach), up), axis=0, is_last=False, min_extent=MIN_RISER_HEIGHT
         )
         top = below + lattice.rise
@@ -205,8 +205,8 @@ def measure_risers(strip: Strip, lattice: StepLattice, index: IntArray, treads: 
             core = strip.core
             wall = strip.box((place - core, place + core), (top + WALL_HEIGHT[0], top + WALL_HEIGHT[1]))
             if strip.cover(wall) > WALL_SHARE * cover:
-                place, std, cover = np.nan, np.inf, 0.0
-        results.append((place, std, cover))
+                place, std, cover, extent = np.nan, np.inf, 0.0, 0.0
+        results.append((place, std, cover, extent))
     return _stacked(results)
 
 
@@ -225,9 +225,11 @@ def measure_fronts(strip: Strip, lattice: StepLattice, index: IntArray, treads: 
     return _stacked(results)
 
 
-def _find_front(strip: Strip, on: Float64Array, along: tuple[float, float]) -> tuple[float, float, float]:
+def _find_front(
+    strip: Strip, on: Float64Array, along: tuple[float, float]
+) -> tuple[float, float, float, float]:
     """Place, standard deviation and cover of the front end of points on a tread."""
-    nothing = (float("nan"), float("inf"), 0.0)
+    nothing = (float("nan"), float("inf"), 0.0, 0.0)
     if len(on) < MIN_FRONT_POINTS:
         return nothing
     num = int(np.ceil((along[1] - along[0]) / FRONT_BIN))
@@ -247,7 +249,7 @@ def _find_front(strip: Strip, on: Float64Array, along: tuple[float, float]) -> t
     place = along[0] + FRONT_BIN * (first + 0.5 - (smooth[first] - 0.5 * plateau) / max(step, 1e-9))
     near = np.sqrt(max(plateau * len(kernel), 1.0))
     std = float(np.hypot(FRONT_BIN * len(kernel) / near, 2 * COMMON_ERROR + 0.3 * strip.noise))
-    return float(place), std, strip.cover(on)
+    return float(place), std, strip.cover(on), 0.0
 
 
 def goes_on(strip: Strip, along: tuple[float, float], height: float) -> bool:
@@ -258,13 +260,13 @@ def goes_on(strip: Strip, along: tuple[float, float], height: float) -> bool:
 
 def _find_surface(
     strip: Strip, inside: Float64Array, *, axis: int, is_last: bool, min_extent: float
-) -> tuple[float, float, float]:
+) -> tuple[float, float, float, float]:
     """Place, standard deviation and cover of the outermost surface along an axis.
 
     Of two surfaces, the back or underside of thin steps being the other, the outer one counts: the last along
     the axis, or the first. A row of points that reaches less far than ``min_extent`` across it is no surface.
     """
-    nothing = (float("nan"), float("inf"), 0.0)
+    nothing = (float("nan"), float("inf"), 0.0, 0.0)
     if len(inside) < MIN_POINTS:
         return nothing
     values = inside[:, axis] if is_last else -inside[:, axis]
@@ -284,13 +286,25 @@ def _find_surface(
         is_on = np.abs(values - middle) < half
         num = np.count_nonzero(is_on)
         cover = strip.cover(inside[is_on]) if num >= MIN_POINTS else 0.0
-        extent = float(np.ptp(inside[is_on, 0 if is_last else 2])) if num else 0.0
+        extent = _extent(inside[is_on], is_level=is_last) if num else 0.0
         if cover >= MIN_COVER and extent > min_extent:
             std = float(values[is_on].std()) / np.sqrt(max(num / POINTS_PER_SAMPLE, 1.0))
-            return middle if is_last else -middle, float(np.hypot(std, COMMON_ERROR)), cover
+            return middle if is_last else -middle, float(np.hypot(std, COMMON_ERROR)), cover, extent
     return nothing
 
 
-def _stacked(results: list[tuple[float, float, float]]) -> Surfaces:
-    place, std, cover = np.array(results, dtype=np.float64).reshape(-1, 3).T
-    return Surfaces(place=place, std=std, cover=cover)
+def _extent(points: Float64Array, *, is_level: bool) -> float:
+    """How far a riser reaches up, or a tread behind itself in half of the pieces across."""
+    if not is_level:
+        return float(np.ptp(points[:, 2]))
+    piece = np.floor(points[:, 1] / BIN)
+    order = np.lexsort((points[:, 0], piece))
+    s = points[order, 0]
+    begin = np.flatnonzero(np.concatenate([[True], np.diff(piece[order]) > 0]))
+    end = np.append(begin[1:], len(s)) - 1
+    return float(np.median(s[end] - s[begin]))
+
+
+def _stacked(results: list[tuple[float, float, float, float]]) -> Surfaces:
+    place, std, cover, extent = np.array(results, dtype=np.float64).reshape(-1, 4).T
+    return Surfaces(place=place, std=std, cover=cover, extent=extent)
