@@ -46,6 +46,8 @@ def assert_alike(mine: Any, other: Any, what: str) -> None:
             np.testing.assert_allclose(mine, other, rtol=RELATIVE, atol=ABSOLUTE * scale, err_msg=what)
         else:
             np.testing.assert_array_equal(mine, other, err_msg=what)
+    elif isinstance(mine, str):
+        assert mine == other, what
     else:
         assert mine == pytest.approx(other, rel=RELATIVE, abs=ABSOLUTE), what
 

@@ -107,6 +107,18 @@ void sort_few(float *values, int64_t count) {
 
 // Mean of the values near their median; they are put in order.
 double mean_near_median(float *values, int64_t count, float spread, int64_t min_valid, int64_t min_near) {
+    // On one surface, the usual case, all are near their median, whichever it is: they need no order.
+    float low = values[0], high = values[0];
+    for (int64_t i = 1; i < count; ++i) {
+        low = std::min(low, values[i]);
+        high = std::max(high, values[i]);
+    }
+    if (high == 0.0f) return 0.0;
+    if (low > 0.0f && high - low < spread * low && count >= min_valid && count >= min_near) {
+        double all = 0.0;
+        for (int64_t i = 0; i < count; ++i) all += values[i];
+        return all / static_cast<double>(count);
+    }
     sort_few(values, count);
     int64_t num_valid = 0;
     for (int64_t i = 0; i < count; ++i) num_valid += values[i] != 0.0f;

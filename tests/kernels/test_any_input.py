@@ -1,0 +1,180 @@
+"""Kernels on arrays that no detector makes: both variants agree there too, and read nothing beyond."""
+
+from __future__ import annotations
+
+import warnings
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_twins import assert_alike
+
+from stairmap.kernels import choice, corners, counts, images, lattices, normals, planes, row_ends, sampling
+
+VIEW = sampling.SamplingView(60.0, 60.0, 20.0, 15.0, 0.03, 1e-3)
+SEEDS = st.integers(0, 2**32 - 1)
+SIZES = st.tuples(st.integers(1, 40), st.integers(1, 48))
+
+
+@pytest.fixture(scope="module")
+def compiled() -> ModuleType:
+    try:
+        return choice.load_compiled()
+    except ImportError:
+        pytest.skip("the compiled kernels were not built: make kernels")
+
+
+def compare(compiled: ModuleType, twin: Any, *arguments: Any) -> None:
+    """Call both; they say the same, or refuse the same."""
+    mine, other = (outcome(kernel, arguments) for kernel in (getattr(compiled, twin.__name__), twin))
+    assert_alike(mine, other, twin.__name__)
+
+
+def outcome(kernel: Any, arguments: tuple[Any, ...]) -> Any:
+    """What a kernel returns, or the words with which it refuses."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return kernel(*arguments)
+    except ValueError as refusal:
+        return str(refusal)
+
+
+def scans(random: np.random.Generator, size: tuple[int, int]) -> np.ndarray:
+    """Inverse distances in steps, with holes."""
+    q = np.repeat(random.uniform(0.1, 2.0, (size[0] // 5 + 1, size[1])), 5, axis=0)[: size[0]]
+    q += random.normal(0, 0.01, q.shape)
+    q[random.random(q.shape) < 0.2] = 0.0
+    return np.ascontiguousarray(q)
+
+
+def rotation(random: np.random.Generator) -> np.ndarray:
+    """Three perpendicular unit vectors, any way round."""
+    return np.ascontiguousarray(np.linalg.qr(random.normal(size=(3, 3)))[0])
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, size=SIZES, stride=st.integers(-1, 5))
+def test_reduction_of_any_depth(compiled: ModuleType, seed: int, size: tuple[int, int], stride: int) -> None:
+    random = np.random.default_rng(seed)
+    depth = random.uniform(-1, 12, size).astype(np.float32)
+    for value in (np.nan, np.inf, -np.inf, 0.0, 1e-12):
+        depth[random.random(size) < 0.05] = value
+    compare(compiled, images.reduce_depth, depth, stride, images.InverseRange(0.125, 1e3, 0.95))
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, size=SIZES, reach=st.integers(0, 4), far=st.integers(0, 9))
+def test_jumps_of_any_image(
+    compiled: ModuleType, seed: int, size: tuple[int, int], reach: int, far: int
+) -> None:
+    image = scans(np.random.default_rng(seed), size).astype(np.float32)
+    compare(compiled, images.measure_jumps, image, images.JumpShape(2, reach, far, 0.05, 0.15))
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, size=SIZES)
+def test_samples_of_any_heading(compiled: ModuleType, seed: int, size: tuple[int, int]) -> None:
+    random = np.random.default_rng(seed)
+    image = scans(random, size).astype(np.float32)
+    slope, bearing = np.sort(random.uniform(-3, 3, 20)), np.sort(random.uniform(-3, 3, 24))[::-1].copy()
+    slope[random.random(20) < 0.1] = np.nan
+    axes = rotation(random)
+    compare(compiled, sampling.sample_rays, image, axes, slope, bearing, VIEW)
+    means = sampling.StripMeans(int(random.integers(1, 9)), 0.2, 2, 2)
+    compare(compiled, sampling.sample_strips, image, axes, slope, bearing, VIEW, means)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, size=SIZES)
+def test_corners_of_any_scans(compiled: ModuleType, seed: int, size: tuple[int, int]) -> None:
+    random = np.random.default_rng(seed)
+    q, slope = scans(random, size), np.linspace(-1.5, 1.0, size[0])
+    rows = random.integers(1, 9, int(random.integers(1, 5)))
+    jump = corners.JumpLimits(0.004, 0.25, 0.1, 0.005, 8, 0.02, 0.05)
+    compare(compiled, corners.find_jumps, q, slope, rows, jump)
+    crease = corners.CreaseLimits(0.004, 0.001, 0.06, 3, 10, 0.7, 0.5, 0.3, 1.0, 0.5, 2.6, -0.5)
+    compare(compiled, corners.find_creases, q, slope, crease)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, number=st.integers(0, 40), num_strips=st.integers(1, 12))
+def test_groups_and_lattices_of_any_corners(
+    compiled: ModuleType, seed: int, number: int, num_strips: int
+) -> None:
+    random = np.random.default_rng(seed)
+    places = random.uniform(0.5, 3, number), random.uniform(-1, 1, number)
+    strip = random.integers(-1 if seed % 9 == 0 else 0, num_strips, number)
+    reach = random.uniform(0, 0.4, number), random.uniform(0, 0.4, number)
+    compare(compiled, lattices.label_close, (*places, strip), reach, int(random.integers(-1, 4)))
+    pairs = corners.PairLimits(3, 0.1, 0.05, 1.1)
+    compare(compiled, corners.pair_corners, (*places, strip), random.uniform(-1, 1, num_strips), pairs)
+    limits = lattices.LatticeLimits(
+        0.1, 0.3, 0.1, 0.5, 0.1, 1.2, 3, 1, 0.05, 0.05, 0.002, 0.05, 0.15, 32, 0.5
+    )  # fmt: skip
+    strips, free = random.random((number, num_strips)) < 0.5, random.random(number) < 0.8
+    size = np.minimum(strips.sum(axis=1), 12).astype(np.float64)
+    compare(compiled, lattices.score_lattices, (*places, size), strips, free, limits)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, size=SIZES)
+def test_planes_and_normals_of_any_image(compiled: ModuleType, seed: int, size: tuple[int, int]) -> None:
+    random = np.random.default_rng(seed)
+    image = scans(random, (size[0], size[1])).astype(np.float32)
+    image[random.random(image.shape) < 0.3] = 0.5
+    windows = planes.PlaneWindows(9, 5, 30.0, 30.0, 10.0, 7.0, 0.5, 0.5, 0.1, 0.98)
+    compare(compiled, planes.fit_window_planes, image, windows)
+    number = size[0] * size[1]
+    vectors = random.normal(size=(number, 3))
+    vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+    unit, points = vectors.astype(np.float32), (3 * random.normal(size=(number, 3))).astype(np.float32)
+    axes = rotation(random)
+    inner = random.random(number) < 0.5
+    residual = random.random(number).astype(np.float32)
+    level = normals.NormalLimits(0.7, -0.8, 0.3)
+    compare(compiled, normals.sum_normals, unit, residual, inner, axes[0].copy(), level)
+    compare(compiled, normals.count_floor_cells, unit, points, 0.1, 0.1, 40)
+    facing = normals.FacingLimits(0.6, 5, 72, 6, 0.14, 1.4, 0.08, 100, 1)
+    compare(compiled, normals.find_facing, unit, points, axes, facing)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, number=st.integers(0, 60), num_steps=st.integers(0, 5))
+def test_counts_of_any_rays(compiled: ModuleType, seed: int, number: int, num_steps: int) -> None:
+    random = np.random.default_rng(seed)
+    rays = random.uniform(-1, 1, number), random.uniform(-1, 1, number), random.uniform(0, 2, number)
+    rays[2][random.random(number) < 0.2] = 0.0
+    size = int(random.integers(1, 30))
+    table = (np.linspace(-0.8, 0.8, size), *(random.uniform(0.1, 2, size) for _ in range(5)))
+    step, role = random.integers(-1, max(num_steps, 1), size), random.integers(0, 3, size)
+    entries = random.uniform(0.1, 1, size), step, role, random.random(size) < 0.7
+    compare(compiled, counts.turn_rays, rays, 0.01, -0.02, 0.1)
+    compare(compiled, counts.count_rays, rays, table, entries, num_steps, counts.SideLimits(0.03, 2, 1e-6))
+    seen = random.uniform(0, 1, number), random.random(number) < 0.8
+    order = random.permutation(num_steps), np.sort(random.uniform(-1, 1, num_steps))
+    surfaces = random.uniform(-1, 1, (3, num_steps)), random.uniform(-1, 1, (2, num_steps))
+    limits = counts.ContinuationLimits(0.01, 1.5, 0.012, 3.0, 0.5)
+    compare(compiled, counts.count_continuations, rays, seen, order, surfaces, limits)
+    line = counts.LineLimits(-0.5, 0.5, -1.0, 1.0, 0.1, 0.004, 3.0, 4, 4, 1e-6)
+    compare(compiled, counts.compare_with_line, rays, table, line)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, size=SIZES)
+def test_ends_of_any_rows(compiled: ModuleType, seed: int, size: tuple[int, int]) -> None:
+    random = np.random.default_rng(seed)
+    cells = np.repeat(random.choice([0.0, 0.4, 0.5, 0.52, 0.8], (size[0], size[1] // 4 + 1)), 4, axis=1)
+    cells = np.ascontiguousarray(cells[:, : size[1]], dtype=np.float32)
+    rays = np.linspace(-0.5, 0.5, size[0]), np.linspace(0.4, -0.4, size[1]), np.linspace(0, 0.15, 10)
+    entries = int(random.integers(1, 20))
+    table = (
+        np.linspace(-0.6, 0.6, entries), np.full(entries, 0.5), np.zeros(entries),
+        *(np.ones(entries) for _ in range(3)),
+    )  # fmt: skip
+    steps = np.full(entries, 0.05), random.random(entries) < 0.8
+    limits = row_ends.RowLimits(0.01, 0.0, 0.02, 0.2, 3, 0.06, 0.01, -0.05, 0.1, 0.3, 3, 0.25)
+    compare(compiled, row_ends.find_row_ends, cells, rays, table, steps, limits)
