@@ -41,6 +41,10 @@ _LOCAL_SETTINGS = {
     "distributed.scheduler.allowed-failures": LOCAL_ALLOWED_FAILURES,
     # It samples the stack of a thread that waits for another process, a hundred times a second.
     "distributed.worker.profile.enabled": False,
+    # What the scheduler keeps of each task for its developers, in the driver's memory.
+    "distributed.admin.log-length": 100,
+    "distributed.admin.low-level-log-length": 100,
+    "distributed.diagnostics.computations.max-history": 10,
     # Workers only wait; their processes have the limit.
     "distributed.worker.memory.terminate": False,
     "distributed.worker.memory.pause": False,
