@@ -86,3 +86,17 @@ def test_turning_takes_time_and_no_way():
     robot.turn(math.pi)
     assert robot.counters.time_s == pytest.approx(math.pi / SPOT.mount.turn_rate)
     assert robot.counters.path_m == 0
+
+
+def test_its_own_sensors_tell_how_far_it_can_go_before_a_wall_or_an_edge():
+    by_wall = robot_in(room_with(), 5.0, 2.0)
+    free = by_wall.free_way(1.0)
+    assert free == pytest.approx(6.0 - 0.06 - SPOT.radius - 5.0, abs=0.06)
+    assert by_wall.drive(free)
+    at_edge = robot_in(make_slab(ROOM, 0.0), 5.0, 2.0)
+    assert at_edge.drive(at_edge.free_way(2.0))
+    assert at_edge.pose.x < 6.0
+    for robot in (by_wall, at_edge):
+        assert robot.counters.sensor_stops == 1
+        assert robot.counters.falls == robot.counters.collisions == 0
+    assert robot_in(room_with(), 2.0, 2.0).free_way(1.0) == 1.0

@@ -20,6 +20,8 @@ class ExplorationOutcome:
         Way and time of the robot.
     falls, collisions
         How often it fell, or ran into something.
+    sensor_stops
+        How often its own sensors stopped it before something that its map did not show.
     stairs_climbed
         How many flights it used, up or down.
     stopped
@@ -36,6 +38,7 @@ class ExplorationOutcome:
     time_s: float
     falls: int
     collisions: int
+    sensor_stops: int
     stairs_climbed: int
     stopped: str
     coverage: tuple[tuple[float, float, int], ...]
@@ -51,6 +54,7 @@ class ExplorationOutcome:
             "time_s": round(self.time_s, 1),
             "falls": self.falls,
             "collisions": self.collisions,
+            "sensor_stops": self.sensor_stops,
             "stairs_climbed": self.stairs_climbed,
             "stopped": self.stopped,
             "coverage": [[round(t, 1), round(a, 2), level] for t, a, level in self.coverage],

@@ -121,6 +121,7 @@ class SimulatedExploration:
             time_s=counters.time_s,
             falls=counters.falls,
             collisions=counters.collisions,
+            sensor_stops=counters.sensor_stops,
             stairs_climbed=self.mission.stairs_climbed,
             stopped=self.mission.stopped,
             coverage=tuple(self.mission.coverage),

@@ -126,6 +126,13 @@ class SimulatedPilot:
             self._known.believe(self.robot.odometry.pose)
             self._take()
         room = self._room_ahead(step)
+        if room >= step:
+            room = self.robot.free_way(step)
+            if room < step:
+                beyond = room + self.robot.body.radius + MIN_STEP
+                heading = self._known.pose.heading
+                at = (pose.x + beyond * math.cos(heading), pose.y + beyond * math.sin(heading))
+                self.blocking = np.array([at])
         if room < step:
             step = math.floor(room / MIN_STEP) * MIN_STEP
             if step <= 0:

@@ -25,6 +25,9 @@ MICRO_STEP = 0.05
 LEG_REACH = 0.35
 """How far up or down feet feel for the next step, m."""
 
+SAFE_SUPPORT = 0.6
+"""Share of the footprint that must have ground below it before the robot goes on by itself."""
+
 LOOK_TILT = math.radians(35)
 """How far the camera looks down at least when the robot tilts its body at an edge, rad."""
 
@@ -37,9 +40,10 @@ STAIR_BODY_BOTTOM = 0.40
 
 @dataclass(slots=True, kw_only=True)
 class Counters:
-    """What happened to the robot: falls, collisions, way (m) and time (s)."""
+    """What happened to the robot: falls, collisions, stops by its own sensors, way (m) and time (s)."""
 
     falls: int = 0
+    sensor_stops: int = 0
     collisions: int = 0
     path_m: float = 0.0
     time_s: float = 0.0
@@ -115,6 +119,22 @@ class SimulatedRobot:
         """Return the height of the ground so far ahead relative to that below the robot, m; NaN for none."""
         place = self.pose.place + forward * self.pose.forward
         return self.world.foot(place, reach=LEG_REACH) - self.pose.z
+
+    def free_way(self, forward: float) -> float:
+        """Return how far ahead of a way, m, the sensors about the body and its feet let it go.
+
+        Legged robots see what is right beside them and feel edges, wheeled ones have bumpers and cliff sensors:
+        they stop just before. A stop is counted.
+        """
+        num = max(math.ceil(forward / MICRO_STEP), 1)
+        distances = np.arange(1, num + 1) * forward / num
+        places = self.pose.place + distances[:, None] * self.pose.forward
+        blocked = self.world.are_blocked(places, self.body)
+        for index, place in enumerate(places):
+            if blocked[index] or self.world.support(place, self.body.radius)[0] < SAFE_SUPPORT:
+                self.counters.sensor_stops += 1
+                return float(distances[index] - forward / num)
+        return forward
 
     def look_ahead(self) -> float:
         """Return how far the nearest surface ahead of the body is, m: bumpers' sensors; infinite for none."""
