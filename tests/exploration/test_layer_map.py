@@ -83,6 +83,9 @@ def test_what_stopped_the_robot_is_an_obstacle_whatever_was_seen_before():
     layer = LayerMap(0.0)
     for _ in range(9):
         layer.add(scan_of(patch(0.3, 2.0, -0.5, 0.5), FLOOR), ORIGIN, radius=0.25)
+    before = layer.trail.sum()
+    layer.block(np.array([[0.3, 0.02]]))
+    assert layer.trail.sum() < before
     layer.block(np.array([[1.02, 0.02]]))
     assert value(layer.grid(), 1.02, 0.02) == OCCUPIED
     assert value(layer.grid(), 1.5, 0.02) == FREE

@@ -30,6 +30,9 @@ MIN_OBSTACLE_SHARE = 0.25
 CLOSING = 5
 """Gaps in the floor narrower than this are closed, cells: rows of pixels far off, slits below doors."""
 
+FORGOTTEN_TRAIL = 0.35
+"""So near to what stopped the robot it forgets that it passed there before, m: its body and some drift."""
+
 MAX_SLIT = 3
 """Drops narrower than this are slits that a foot does not fall into, cells."""
 
@@ -104,6 +107,12 @@ class LayerMap:
         rows, columns = cells[:, 1], cells[:, 0]
         enough = MIN_OBSTACLE_VOTES + self._votes[FLOOR, rows, columns].astype(np.int64) // 2
         self._votes[OBSTACLE, rows, columns] = np.maximum(self._votes[OBSTACLE, rows, columns], enough)
+        # Where it was by the poses of then it cannot be by those of now.
+        for x, y in np.unique(np.round(np.asarray(points)[:, :2], 1), axis=0):
+            near = self._disc(float(x), float(y), FORGOTTEN_TRAIL)
+            self._grow(near)
+            near = near - self._low
+            self._trail[near[:, 1], near[:, 0]] = False
 
     @property
     def settled(self) -> Mask:

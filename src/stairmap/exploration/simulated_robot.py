@@ -123,8 +123,8 @@ class SimulatedRobot:
     def free_way(self, forward: float) -> float:
         """Return how far ahead of a way, m, the sensors about the body and its feet let it go.
 
-        Legged robots see what is right beside them and feel edges, wheeled ones have bumpers and cliff sensors:
-        they stop just before. A stop is counted.
+        Legged robots see what is right beside them and feel edges, wheeled ones have bumpers and cliff
+        sensors: they stop just before. A stop is counted.
         """
         num = max(math.ceil(forward / MICRO_STEP), 1)
         distances = np.arange(1, num + 1) * forward / num
