@@ -15,6 +15,7 @@ from stairmap.config import Config
 from stairmap.detection.inverse_depth import fit_surface_normals, inverse_depth_from_frame
 from stairmap.detection.observation import Detection
 from stairmap.detection.orientation import estimate_up
+from stairmap.drop import Drop
 from stairmap.errors import TrajectoryError
 from stairmap.frame import DepthFrame
 from stairmap.geometry import normalized
@@ -49,6 +50,10 @@ class OdometryMap:
         With the drift of the poses.
     notes
         How the map was made, one sentence each.
+    drops
+        Where the ground ends and goes on lower, in the level map.
+    camera_height
+        Height of the camera above the ground that it moves on, m; ``None`` where not known.
     """
 
     stairways: tuple[Stairway, ...]
@@ -56,6 +61,8 @@ class OdometryMap:
     odometry: OdometryResult
     config: Config
     notes: tuple[str, ...]
+    drops: tuple[Drop, ...] = ()
+    camera_height: float | None = None
 
 
 class OdometrySession:
@@ -118,8 +125,11 @@ class OdometrySession:
         turn, note = self._levelling(odometry)
         trajectory = turned_trajectory(turn, odometry.trajectory)
         config = config_with_drift(self._session.config, odometry)
+        session = self._session_with(config)
         return OdometryMap(
-            stairways=self._session_with(config).stairways(trajectory),
+            stairways=session.stairways(trajectory),
+            drops=session.drops(trajectory),
+            camera_height=session.camera_height,
             trajectory=trajectory,
             odometry=odometry,
             config=config,

@@ -307,13 +307,21 @@ class MapSession:
         self._known = _KnownFlights(flights, self._num_observations)
         return stairways
 
-    def drops(self) -> tuple[Drop, ...]:
+    def drops(self, trajectory: Trajectory | None = None) -> tuple[Drop, ...]:
         """Return where the ground ends and goes on lower, by id.
 
         A drop that is the edge of a stairway has its id, as far as ``stairways`` was asked for. Where the
         height of the camera is not known, because it is carried by hand, there are none: its ground may be a
         table.
+
+        Parameters
+        ----------
+        trajectory
+            Other poses to place all frames by, this once. Without it, the session's own.
         """
+        if trajectory is not None:
+            stairways = self.modeler.stairways(trajectory)
+            return assign_drops(self._drop_map.drops(trajectory), stairways)
         if not self._poses.num_placed:
             return ()
         return assign_drops(self._drop_map.drops(self._poses.trajectory()), self._stairways)

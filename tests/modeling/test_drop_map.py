@@ -98,6 +98,10 @@ def test_poses_that_are_corrected_move_the_drop_with_them():
     session.correct(Trajectory(stamps_ns=way.stamps_ns, map_from_camera=moved @ way.map_from_camera))
     (after,) = session.drops()
     assert after.edge == pytest.approx(before.edge + np.array([5.0, 1.0, 0.0]), abs=0.06)
+    # Asked by other poses once, it answers by them and goes on with its own.
+    (once,) = session.drops(way)
+    assert once.edge == pytest.approx(before.edge, abs=0.06)
+    assert session.drops()[0].edge == pytest.approx(after.edge, abs=1e-9)
 
 
 def test_a_session_that_goes_on_from_a_state_knows_its_drops():

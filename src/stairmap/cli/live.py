@@ -128,7 +128,12 @@ def _write_map(
     session: LiveSession, live_map: OdometryMap, folder: RunFolder, name: str, problems: list[str]
 ) -> list[str]:
     """Write the files of a map; return what could not be written, a sentence each."""
-    folder.write_stairways(live_map.stairways, num_frames=session.collector.num_frames)
+    folder.write_stairways(
+        live_map.stairways,
+        num_frames=session.collector.num_frames,
+        drops=live_map.drops,
+        camera_height=live_map.camera_height,
+    )
     folder.write_trajectory(live_map.trajectory)
     folder.write_mesh(live_map.stairways)
     folder.write_config(live_map.config)
