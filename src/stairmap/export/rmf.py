@@ -9,7 +9,6 @@ which for stairs always says yes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -26,12 +25,12 @@ from stairmap.output_files import write_whole_text
 from stairmap.stairway import rounded
 
 
-@dataclass(slots=True)
 class _Level:
     """Vertices and lanes of one level, as they come."""
 
-    vertices: list[list[Any]] = field(default_factory=list)
-    lanes: list[list[Any]] = field(default_factory=list)
+    def __init__(self) -> None:
+        self.vertices: list[list[Any]] = []
+        self.lanes: list[list[Any]] = []
 
     def add(self, place: Vector, **options: Any) -> int:
         self.vertices.append([*rounded(place[:2]), {"name": "", **options}])
