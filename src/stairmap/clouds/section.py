@@ -247,6 +247,10 @@ def _extend(strip: Strip, lattice: StepLattice, num_steps: int) -> tuple[StepLat
     treads = measure_treads(strip, lattice, np.append(index[0] - 1, index))
     level = treads.is_seen
     is_seen = measure_risers(strip, lattice, index, treads).is_seen | (level[1:] & level[:-1])
+    # Beyond the candidate each step must follow the one before: farther off lies something else.
+    above = np.logical_and.accumulate(is_seen[EXTENSION + num_steps :])
+    below = np.logical_and.accumulate(is_seen[:EXTENSION][::-1])[::-1]
+    is_seen = np.concatenate([below, is_seen[EXTENSION : EXTENSION + num_steps], above])
     seen = np.flatnonzero(is_seen)
     if not len(seen):
         return None
