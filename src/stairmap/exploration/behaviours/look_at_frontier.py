@@ -14,6 +14,9 @@ from stairmap.exploration.behaviours.drive import frontier_left
 SETTLED_RADIUS = 0.15
 """Around each cell of the frontier nothing is looked at again, m."""
 
+ARRIVED = 0.6
+"""From farther off nothing is said of a frontier that stays unknown, m."""
+
 SEEN_SHARE = 0.1
 """With less left of it a frontier has been seen across."""
 
@@ -27,6 +30,12 @@ class LookAtFrontier(MissionBehaviour):
         task = mission.task
         if task is None or task.kind != "frontier":
             yield Status.FAILURE
+            return
+        pose = mission.known.pose
+        if math.dist((pose.x, pose.y), task.position) > ARRIVED:
+            # Seen on the way: what is left of it is a frontier of its own.
+            mission.task = None
+            yield Status.SUCCESS
             return
         for is_tilted in (False, True):
             if frontier_left(mission, task.cells) < SEEN_SHARE:
