@@ -43,12 +43,13 @@ kernels: | $(KERNELS_PYTHON)
 	$(CONFIGURE) -B build/kernels --log-level=WARNING
 	$(KERNELS_PYTHON) -m cmake --build build/kernels
 
-# The sanitizers' run-time library must be loaded before Python; leaks of Python itself do not count.
+# The sanitizers' run-time library, and that of C++ whose exceptions it watches, must be loaded before Python; leaks
+# of Python itself do not count.
 sanitize: | $(KERNELS_PYTHON)
 	$(KERNELS_PYTHON) -m pip install --quiet --disable-pip-version-check cmake nanobind ninja
 	$(CONFIGURE) -B build/sanitize -DSANITIZE=ON --log-level=WARNING
 	$(KERNELS_PYTHON) -m cmake --build build/sanitize
-	LD_PRELOAD="$$(c++ -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 \
+	LD_PRELOAD="$$(c++ -print-file-name=libasan.so) $$(c++ -print-file-name=libstdc++.so)" ASAN_OPTIONS=detect_leaks=0 \
 		UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 STAIRMAP_COMPILED="$$(ls build/sanitize/_compiled*.so)" \
 		PYTHONPATH=src $(KERNELS_PYTHON) -m pytest -p no:cacheprovider tests/kernels
 
