@@ -109,16 +109,18 @@ class LiveMap:
 
     def look(self, image: PlacedDepth) -> Detection:
         """Look at an image, let it enter the map if it is of use, and publish what is known then."""
-        stairway_map = self._map
+        stairway_map, way = self._map, self._corrections
         frame = stairway_map.frame(image.depth, image.camera)
         detection = stairway_map.detect(frame, image.map_from_camera)
         with self._lock:
             if stairway_map is not self._map:  # cleared or loaded meanwhile
                 return detection
             self._map.add(frame, detection, image.stamp_ns, image.map_from_camera)
-            if image.map_from_body is not None:
+            # An image of before a jump in time, looked at meanwhile, is not the newest for ever.
+            is_of_this_way = way is self._corrections
+            if image.map_from_body is not None and is_of_this_way:
                 self._corrections.add(image.stamp_ns, image.map_from_body)
-            if image.stamp_ns >= self._newest_ns:
+            if image.stamp_ns >= self._newest_ns and is_of_this_way:
                 self._newest_ns, self._newest_pose = image.stamp_ns, image.map_from_camera
                 self._newest_detection = detection
             self._publish(self._map.answer(), self._newest_ns)
