@@ -11,7 +11,9 @@ from stairmap.exploration.odometry import Planar
 from stairmap.exploration.open_ground import find_open_ground
 from stairmap.exploration.scans import DROP, FLOOR, HIGH, OBSTACLE, Scan, scan_from_view
 from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from stairmap.simulation.rooms import make_railing
 from stairmap.simulation.storeys import make_slab
+from stairmap.simulation.triangle_mesh import joined
 
 ORIGIN = Planar(x=0.0, y=0.0, z=0.0, heading=0.0)
 
@@ -47,6 +49,17 @@ def test_ground_too_near_to_be_seen_counts_as_seen_where_floor_follows_it():
     edge = robot_in(make_slab((0.0, 0.0, 2.0, 4.0), 0.0), 1.5, 2.0)
     beyond = scan_from_view(edge.look(), top=0.85)
     assert not (beyond.points[:, 0] > 0.5).any()
+
+
+def test_pixels_between_bars_and_wall_are_no_obstacles():
+    mesh = joined([room_with(), make_railing((3.0, 0.5), (3.0, 3.5), 0.0)])
+    robot = robot_in(mesh, 1.5, 2.0)
+    scans = [scan_from_view(robot.look(), top=0.85) for _ in range(4)]
+    points = np.concatenate([scan.points[scan.kinds == OBSTACLE] for scan in scans])
+    at_bars = np.abs(points[:, 0] - 1.5) < 0.1
+    behind = (points[:, 0] > 1.8) & (points[:, 0] < 3.9) & (np.abs(points[:, 1]) < 1.0)
+    assert at_bars.sum() > 100
+    assert behind.sum() < 0.05 * at_bars.sum()
 
 
 def test_a_scan_moves_with_the_pose_of_its_robot():

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stairmap.arrays import Float64Array, Points
+from stairmap.arrays import DepthImage, Float64Array, Mask, Points
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.simulated_robot import View
 
@@ -41,6 +41,13 @@ ends: an obstacle between these distances, m, the farther the camera's shortest 
 
 MIN_EMPTY_SHARE = 0.4
 """Lower part of a column that counts for that."""
+
+SAME_SURFACE = (0.02, 0.02)
+"""Neighbours of a pixel whose depth differs by less than this are of its surface: m, and m per m."""
+
+MIN_NEIGHBOURS = 2
+"""Of its 8 neighbours so many must be: at edges, pixels lie anywhere between near and far. Behind a railing
+they would be specks of obstacle all over the floor; a bar one pixel wide still has two."""
 
 MAX_HEIGHT = 2.5
 """What is higher than this is left out, m: ceilings tell nothing of a place."""
@@ -96,7 +103,7 @@ def scan_from_view(view: View, *, top: float) -> Scan:
     rotation, position = view.body_from_camera[:3, :3], view.body_from_camera[:3, 3]
     points = (rays * depth[..., None]) @ rotation.T + position
     distance = np.hypot(points[..., 0], points[..., 1])
-    seen = np.isfinite(depth) & (distance < MAX_RANGE)
+    seen = (distance < MAX_RANGE) & _on_surfaces(frame.depth)[::stride, ::stride]
     kinds = np.full(depth.shape, -1, dtype=np.int8)
     height = points[..., 2]
     with np.errstate(invalid="ignore"):
@@ -119,6 +126,19 @@ def scan_from_view(view: View, *, top: float) -> Scan:
     keys = np.column_stack([np.round(every / GRAIN).astype(np.int64), kind])
     _, first = np.unique(keys @ np.array([1, 1 << 12, 1 << 24, 1 << 40]), return_index=True)
     return Scan(stamp_ns=frame.stamp_ns, points=every[first].astype(np.float32), kinds=kind[first])
+
+
+def _on_surfaces(depth: DepthImage) -> Mask:
+    """Return the pixels with depth that have neighbours of the same surface."""
+    image = np.where(np.isfinite(depth), depth, -np.inf)
+    padded = np.pad(image, 1, constant_values=-np.inf)
+    rows, columns = depth.shape
+    count = np.zeros(depth.shape, dtype=np.int8)
+    with np.errstate(invalid="ignore"):
+        tolerance = SAME_SURFACE[0] + SAME_SURFACE[1] * image
+        for row, column in ((0, 0), (0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1), (2, 2)):
+            count += np.abs(padded[row : row + rows, column : column + columns] - image) < tolerance
+    return np.asarray(count >= MIN_NEIGHBOURS)
 
 
 def _too_near(depth: Float64Array, rays: Points) -> Points:
