@@ -14,6 +14,7 @@ from stairmap.exploration.levels import Level
 from stairmap.exploration.low_steps import find_low_steps
 from stairmap.exploration.stair_links import UNEXPLORED, Link
 from stairmap.exploration.tasks import Task
+from stairmap.geometry import wrapped_angle
 from stairmap.navigation.planning_graph import nearest_node
 from stairmap.navigation.portals import StagingPose
 
@@ -40,6 +41,9 @@ LOOK_REACH = 1.2
 
 LOOK_DISTANCE = 1.8
 """Distance from the first riser at which stairs that go up are looked at, m: camera and steps fit."""
+
+OTHER_HEADING = math.radians(45)
+"""Stairs whose headings differ by more are not the same, rad: flights turn by 90 or 180 deg."""
 
 EDGE_DISTANCE = 0.7
 """Distance from the last nosing at which stairs that go down are looked at, m."""
@@ -87,7 +91,7 @@ def _drop_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> lis
         parts = np.unique(np.floor(points / DROP_PART).astype(int), axis=0, return_inverse=True)[1]
         for part in range(int(parts.max()) + 1):
             middle = np.median(points[parts.reshape(-1) == part], axis=0)
-            if known.num_looks(level.number, middle) >= 1 or _is_on_link(known, level, middle):
+            if known.num_looks(level.number, middle) >= 1 or is_on_link(known, level, middle):
                 continue
             spot = _nearest_open(search, middle, LOOK_REACH + DROP_PART / 2)
             if spot is None:
@@ -106,7 +110,7 @@ def _tentative_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -
     """Looks at what single frames took for stairs and no stairway came of."""
     tasks = []
     for sighting in known.sightings(level.number):
-        if _is_on_link(known, level, sighting.place[:2]):
+        if is_on_link(known, level, sighting.place[:2], sighting.heading):
             continue
         if known.num_looks(level.number, sighting.place[:2]) >= MAX_LOOKS:
             continue
@@ -129,7 +133,7 @@ def _low_step_tasks(known: ExplorationMap, level: Level, search: LevelSearch) ->
     """Looks from the front at what may be the lowest treads of stairs."""
     tasks = []
     for steps in find_low_steps(search.grid, level.map.tops):
-        if _is_on_link(known, level, steps.place) or known.num_looks(level.number, steps.place):
+        if is_on_link(known, level, steps.place, steps.heading) or known.num_looks(level.number, steps.place):
             continue
         forward = np.array([math.cos(steps.heading), math.sin(steps.heading)])
         spot = _nearest_open(search, steps.place - LOOK_DISTANCE * forward, LOOK_REACH)
@@ -194,10 +198,17 @@ def _leads_to_unknown(known: ExplorationMap, link: Link, far: int, *, is_up: boo
     return level.map.grid().value_at(pose.position) in (None, -1)
 
 
-def _is_on_link(known: ExplorationMap, level: Level, place: Float64Array) -> bool:
-    """Whether a (2,) place is on a flight that is known, or before its ends."""
+def is_on_link(
+    known: ExplorationMap, level: Level, place: Float64Array, heading: float | None = None
+) -> bool:
+    """Whether a (2,) place is on a flight that is known, or before its ends.
+
+    Stairs that were seen with another heading, rad, are others: on a landing they begin right beside it.
+    """
     for link in known.stairs.links:
         if level.number not in (link.lower, link.upper):
+            continue
+        if heading is not None and abs(wrapped_angle(heading - link.flight.heading)) > OTHER_HEADING:
             continue
         offset = place - link.flight.base[:2]
         along = float(offset @ link.flight.forward[:2])
