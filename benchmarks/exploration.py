@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from stairmap.exploration.body import load_body
+from stairmap.exploration.landings import MIN_STOREY
 from stairmap.exploration.odometry import Planar
-from stairmap.exploration.reachable import find_reachable_ground
+from stairmap.exploration.reachable import ReachableGround, find_reachable_ground
 from stairmap.exploration.simulated_exploration import ExplorationOptions, SimulatedExploration
 from stairmap.navigation.occupancy import FREE
 from stairmap.simulation.scenes import load_world, make_scene
@@ -66,7 +67,7 @@ def run_mission(
         "world": world, "robot": robot, "strategy": options.strategy, "seed": options.seed,
         "perfect": options.has_perfect_odometry,
         **{key: value for key, value in outcome.to_dict().items() if key != "coverage"},
-        "true_floors": len(truth.heights(2.0)), "reachable_m2": truth.area_m2,
+        "true_floors": len(true_floors(truth)), "reachable_m2": truth.area_m2,
         "mapped_share": mapped_share(exploration, truth.places) if options.has_perfect_odometry else None,
         "way_to_95": way_to(marks, 0.95 * outcome.area_m2), "cpu_s": cpu,
         "decision_ms": [float(np.percentile([d.duration_s for d in exploration.log.decisions], q)) * 1e3
@@ -74,6 +75,16 @@ def run_mission(
         "height_errors": height_errors(outcome.floors, truth.heights(1.0)), "num_forbidden": len(used),
         "memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3,
     }  # fmt: skip
+
+
+def true_floors(truth: ReachableGround) -> list[float]:
+    """Return the heights of the levels that are no landings, m: small ones between two flights."""
+    heights, large = truth.heights(2.0), truth.heights(6.0)
+    return [
+        z for index, z in enumerate(heights)
+        if z in large or index in (0, len(heights) - 1)
+        or max(z - heights[index - 1], heights[index + 1] - z) >= MIN_STOREY
+    ]  # fmt: skip
 
 
 def mapped_share(exploration: SimulatedExploration, places: np.ndarray) -> float:
