@@ -11,8 +11,10 @@ from small_worlds import SPOT, robot_in, room_with, stairs
 from stairmap.exploration.climber import Climber
 from stairmap.exploration.exploration_map import ExplorationMap
 from stairmap.exploration.levels import LevelBook
+from stairmap.exploration.simulated_pilot import SimulatedPilot
 from stairmap.exploration.stair_links import MIN_PROBABILITY, StairBook
 from stairmap.navigation.robot_profile import load_robot
+from stairmap.simulation.triangle_mesh import joined, make_block
 
 
 def prepared(mesh, stairway, *, is_up=True, body=SPOT):
@@ -52,6 +54,31 @@ def test_risers_above_the_limit_turn_the_robot_back_to_where_it_began():
     assert "above the robot's limit of 0.178 m" in progress.reason
     assert robot.pose.x == pytest.approx(1.4, abs=0.02)
     assert robot.pose.z == pytest.approx(0.0, abs=1e-3)
+
+
+def test_after_a_climb_that_failed_the_robot_believes_to_be_where_it_began():
+    mesh, stairway = stairs(rise=0.21, run=0.28, num_risers=8)
+    robot, known, _ = prepared(mesh, stairway)
+    pilot = SimulatedPilot(robot, known, robot.sensor)
+    pilot.climb(known.stairs.links[0], is_up=True)
+    assert carried_out(pilot).state == "failed"
+    assert len(known.poses) > 0
+    assert known.pose.z == pytest.approx(0.0, abs=1e-3)
+    assert known.enter_level()[0].height == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("aside", [0.5, -0.5])
+def test_whoever_believes_the_middle_elsewhere_does_not_run_into_the_wall_beside_the_stairs(aside):
+    mesh, stairway = stairs()
+    low, high = sorted((2.0 + np.sign(aside) * 0.61, 2.0 + np.sign(aside) * 0.81))
+    wall = make_block([1.0, low, 0.0], [3.5, high, 2.0])
+    robot, known, _ = prepared(joined([mesh, wall]), stairway)
+    moved = dataclasses.replace(
+        stairway.flights[0], base=stairway.flights[0].base + np.array([0.0, aside, 0.0])
+    )
+    known.stairs.update([dataclasses.replace(stairway, flights=(moved,))], known.levels)
+    assert carried_out(Climber(robot, known, known.stairs.links[0], is_up=True)).state == "done"
+    assert robot.counters.collisions == robot.counters.falls == 0
 
 
 def test_stairs_that_are_not_there_end_the_climb():

@@ -40,6 +40,11 @@ FRAME_DISTANCE = 0.35
 """A frame is taken so often on the stairs, m."""
 
 
+SIDE_ROOM = 0.10
+"""Nearer to the body's side than this nothing should come on stairs, m: where it believes to be is that far
+off at times, and it sees what is right beside it."""
+
+
 class Climber:
     """One climb, up or down.
 
@@ -111,7 +116,10 @@ class Climber:
         return self._known.believed(self._robot.odometry.pose).heading
 
     def _aside(self) -> float:
-        """Way to the left that brings the robot to the middle of the flight, m."""
+        """Way to the left that brings the robot to the middle of the flight, and off what is beside it, m."""
+        left, right = self._robot.look_aside()
+        if min(left, right) < self._robot.body.radius + SIDE_ROOM:
+            return float(np.clip((left - right) / 2, -MAX_SIDESTEP, MAX_SIDESTEP))
         flight = self._link.flight
         place = self._known.believed(self._robot.odometry.pose).place
         lateral = float((place - flight.base)[:2] @ flight.map_from_flight[:2, 1])

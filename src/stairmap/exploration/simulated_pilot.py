@@ -85,7 +85,7 @@ class SimulatedPilot:
     def climb(self, link: Link, *, is_up: bool) -> None:
         """Begin to climb."""
         self.climber = Climber(self.robot, self._known, link, is_up=is_up)
-        self._poll = self.climber.poll
+        self._poll = self._climb_on
 
     def poll(self) -> Progress:
         """Do the next part of the order."""
@@ -94,6 +94,13 @@ class SimulatedPilot:
     def _take(self, *, is_tilted: bool = False, is_fine: bool = False) -> None:
         self._known.take(self.robot.look(is_tilted=is_tilted, sensor=self._fine if is_fine else None))
         self._since_distance, self._since_angle = 0.0, 0.0
+
+    def _climb_on(self) -> Progress:
+        assert self.climber is not None
+        progress = self.climber.poll()
+        # Frames are taken on the way up only; after a climb that failed the robot stands where it began.
+        self._known.believe(self.robot.odometry.pose)
+        return progress
 
     def _turn_on(self, heading: float) -> Progress:
         error = wrapped_angle(heading - self._known.pose.heading)

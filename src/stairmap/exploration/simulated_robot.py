@@ -145,6 +145,15 @@ class SimulatedRobot:
         starts = (self.pose.place + heights + shifts).reshape(-1, 3)
         return float(self.world.caster.distances(starts, ahead, 3.0).min())
 
+    def look_aside(self) -> tuple[float, float]:
+        """Return how far the nearest surface left and right of the body on stairs is, m; inf for none."""
+        ahead = self.pose.forward
+        aside = np.array([-ahead[1], ahead[0], 0.0])
+        heights = np.linspace(STAIR_BODY_BOTTOM, self.body.top, 3)
+        starts = self.pose.place + heights[:, None] * -DOWN
+        left, right = (float(self.world.caster.distances(starts, s * aside, 1.0).min()) for s in (1.0, -1.0))
+        return left, right
+
     def look(self, *, is_tilted: bool = False, sensor: Sensor | None = None) -> View:
         """Take a frame."""
         sensor = self.sensor if sensor is None else sensor
