@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from small_worlds import SPOT, stairs
 
-from stairmap.exploration.candidates import is_on_link
-from stairmap.exploration.exploration_map import ExplorationMap
+from stairmap.exploration.candidates import is_on_link, staging_spot
+from stairmap.exploration.exploration_map import ExplorationMap, LevelSearch
 from stairmap.exploration.odometry import Planar
+from stairmap.navigation.occupancy import FREE, UNKNOWN, OccupancyGrid
+from stairmap.navigation.planner import FloorPlanner
 
 BESIDE = np.array([4.0, 2.6])
 """Half a metre behind the last nosing, where a flight may begin that turns off the landing."""
@@ -24,3 +27,38 @@ def test_stairs_of_another_heading_beside_the_end_of_a_flight_are_looked_at():
     assert is_on_link(known, level, BESIDE)
     assert not is_on_link(known, level, BESIDE, math.pi / 2)
     assert not is_on_link(known, level, BESIDE, -math.pi)
+
+
+def search_of(open_cells):
+    """Return a search from (0.55, 2.05) over 7 by 4 m of open ground of 0.1 m."""
+    grid = OccupancyGrid(
+        cells=np.where(open_cells, FREE, UNKNOWN).astype(np.int8), resolution=0.1, origin=(0.0, 0.0)
+    )
+    planner = FloorPlanner({0: grid}, (), SPOT.profile)
+    return LevelSearch(
+        level=0, grid=grid, open_ground=grid, planner=planner, found=planner.search(0, np.array([0.55, 2.05]))
+    )
+
+
+def test_stairs_are_entered_from_behind_a_staging_pose_that_cannot_be_reached_but_not_from_aside():
+    _, stairway = stairs()
+    known = ExplorationMap(SPOT, Planar(x=0.5, y=2.0, z=0.0, heading=0.0))
+    known.enter_level()
+    known.stairs.update([stairway], known.levels)
+    link = known.stairs.links[0]
+    pose = link.portal.lower
+    everything = np.zeros((40, 70), dtype=bool)
+    everything[5:35, 5:19] = True
+    place, cost = staging_spot(search_of(everything), link, pose, SPOT.radius)
+    assert place == pytest.approx(pose.position[:2], abs=0.08)
+    assert cost > 0
+    # Something keeps the robot 0.3 m from the pose, which stays an island.
+    island = everything.copy()
+    island[15:26, 11:18] = False
+    island[20, 14] = True
+    place, _ = staging_spot(search_of(island), link, pose, SPOT.radius)
+    assert place[0] < pose.position[0] - 0.3
+    assert abs(place[1] - 2.0) < 0.35
+    beside = everything.copy()
+    beside[15:26, 6:] = False
+    assert staging_spot(search_of(beside), link, pose, SPOT.radius) is None

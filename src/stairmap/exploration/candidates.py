@@ -15,7 +15,6 @@ from stairmap.exploration.low_steps import find_low_steps
 from stairmap.exploration.stair_links import UNEXPLORED, Link
 from stairmap.exploration.tasks import Task
 from stairmap.geometry import wrapped_angle
-from stairmap.navigation.planning_graph import nearest_node
 from stairmap.navigation.portals import StagingPose
 
 FLOOR_GAIN = 60.0
@@ -44,6 +43,10 @@ LOOK_DISTANCE = 1.8
 
 OTHER_HEADING = math.radians(45)
 """Stairs whose headings differ by more are not the same, rad: flights turn by 90 or 180 deg."""
+
+STAGING_REACH, STAGING_ASIDE = 0.5, 0.10
+"""A flight is also entered from so far off its staging pose, m, and from so far off the middle of a narrow
+one."""
 
 EDGE_DISTANCE = 0.7
 """Distance from the last nosing at which stairs that go down are looked at, m."""
@@ -160,14 +163,15 @@ def _stair_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> li
                 continue
             if far < UNEXPLORED and not _leads_to_unknown(known, link, far, is_up=is_up):
                 continue
-            cost = staging_cost(search, pose)
-            if cost is None:
+            spot = staging_spot(search, link, pose, known.body.radius)
+            if spot is None:
                 continue
+            position, cost = spot
             reason = f"{link.portal.verdict}, P {link.probability:.2f}"
             if link.is_climbable:
                 tasks.append(
                     Task(
-                        kind="stairs", level=level.number, position=pose.position[:2],
+                        kind="stairs", level=level.number, position=position,
                         target=link.flight.base[:2], cost=cost + climb, gain=FLOOR_GAIN,
                         link=link.number, is_up=is_up, far_level=far, reason=reason,
                     )
@@ -175,7 +179,7 @@ def _stair_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> li
             elif link.portal.verdict == "unknown" and link.looks.get(near, 0) < MAX_LOOKS:
                 tasks.append(
                     Task(
-                        kind="look", level=level.number, position=pose.position[:2],
+                        kind="look", level=level.number, position=position,
                         target=link.flight.base[:2] if is_up else link.portal.way[-2][:2], cost=cost,
                         gain=LOOK_GAIN, link=link.number, is_up=is_up, reason=f"verdict: {reason}",
                     )
@@ -183,12 +187,28 @@ def _stair_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> li
     return tasks
 
 
-def staging_cost(search: LevelSearch, pose: StagingPose) -> float | None:
-    """Return what it costs to get to a staging pose, s; ``None`` if the robot cannot."""
-    node = nearest_node(search.open_ground, search.planner.graph.nodes[search.level], pose.position)
-    if node is None or not math.isfinite(search.found.costs[node]):
+def staging_spot(
+    search: LevelSearch, link: Link, pose: StagingPose, radius: float
+) -> tuple[Float64Array, float] | None:
+    """Return the (2,) place from which the robot, with a body of a radius, lines up, and the cost to it, s.
+
+    It is the reachable one nearest to a staging pose, before the flight: a map may show something right
+    beside the pose, and from a little farther back the robot goes straight to the steps as well.
+    ``None`` if there is none.
+    """
+    costs = search.costs
+    rows, columns = np.nonzero(np.isfinite(costs))
+    if not len(rows):
         return None
-    return float(search.found.costs[node])
+    centers = search.open_ground.centers(rows, columns)
+    offsets = centers - pose.position[:2]
+    lateral = np.abs(offsets @ link.flight.map_from_flight[:2, 1])
+    room = max(link.flight.width / 2 - radius, STAGING_ASIDE)
+    apart = np.where(lateral <= room, np.hypot(*offsets.T), np.inf)
+    best = int(np.argmin(apart))
+    if apart[best] > STAGING_REACH:
+        return None
+    return centers[best], float(costs[rows[best], columns[best]])
 
 
 def _leads_to_unknown(known: ExplorationMap, link: Link, far: int, *, is_up: bool) -> bool:

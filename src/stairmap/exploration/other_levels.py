@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
-from stairmap.exploration.candidates import FLOOR_GAIN, find_tasks
+from stairmap.arrays import Float64Array
+from stairmap.exploration.candidates import FLOOR_GAIN, find_tasks, staging_spot
 from stairmap.exploration.exploration_map import ExplorationMap, LevelSearch
 from stairmap.exploration.stair_links import UNEXPLORED, Link
 from stairmap.exploration.tasks import Task
 from stairmap.navigation.floors import FloorError
-from stairmap.navigation.planning_graph import nearest_node
 
 MIN_GAIN = 2.0
 """For less the robot does not come back over stairs, m²."""
@@ -32,7 +31,7 @@ def find_tasks_elsewhere(known: ExplorationMap, search: LevelSearch) -> list[Tas
             if hop is None or hop[1] in done:
                 continue
             cost, far, is_up = begun + hop[0], hop[1], hop[2]
-            step = first or _task(link, here.level, is_up=is_up, far=far, cost=cost)
+            step = first or _task(link, here.level, hop[3], is_up=is_up, far=far, cost=cost)
             level = known.levels.levels[far]
             pose = link.portal.upper if is_up else link.portal.lower
             try:
@@ -54,24 +53,26 @@ def find_tasks_elsewhere(known: ExplorationMap, search: LevelSearch) -> list[Tas
     return list(best.values())
 
 
-def _hop(known: ExplorationMap, link: Link, here: LevelSearch) -> tuple[float, int, bool] | None:
-    """Return the cost of a flight from this level to another that is known, that one, and the direction."""
+def _hop(
+    known: ExplorationMap, link: Link, here: LevelSearch
+) -> tuple[float, int, bool, Float64Array] | None:
+    """Return the cost of a flight from this level to another that is known, that one, whether it is up, and
+    the (2,) place where the robot lines up."""
     if not link.is_climbable or max(link.lower, link.upper) >= UNEXPLORED:
         return None
     if here.level not in (link.lower, link.upper):
         return None
     is_up = here.level == link.lower
     pose = link.portal.lower if is_up else link.portal.upper
-    node = nearest_node(here.open_ground, here.planner.graph.nodes[here.level], pose.position)
-    if node is None or not math.isfinite(here.found.costs[node]):
+    spot = staging_spot(here, link, pose, known.body.radius)
+    if spot is None:
         return None
     climb = link.portal.cost_up if is_up else link.portal.cost_down
-    return float(here.found.costs[node]) + climb, link.upper if is_up else link.lower, is_up
+    return spot[1] + climb, link.upper if is_up else link.lower, is_up, spot[0]
 
 
-def _task(link: Link, level: int, *, is_up: bool, far: int, cost: float) -> Task:
-    pose = link.portal.lower if is_up else link.portal.upper
+def _task(link: Link, level: int, position: Float64Array, *, is_up: bool, far: int, cost: float) -> Task:
     return Task(
-        kind="stairs", level=level, position=pose.position[:2], target=link.flight.base[:2], cost=cost,
+        kind="stairs", level=level, position=position, target=link.flight.base[:2], cost=cost,
         gain=FLOOR_GAIN, link=link.number, is_up=is_up, far_level=far,
     )  # fmt: skip
