@@ -100,7 +100,7 @@ def test_what_fits_is_written_most_valuable_first(short_recording, tmp_path, mon
         )
     )
     disk = tmp_path / "disk"
-    for count in range(1, len(RESULT_ORDER)):
+    for count in (1, 2, len(RESULT_ORDER) - 1):
         disk.mkdir()
         with monkeypatch.context() as patch:
             # Room for the logs and so many results; a file needs its room beside the one that it replaces.

@@ -162,6 +162,7 @@ def test_workers_that_are_killed_lose_nothing_and_do_nothing_twice(cluster, tmp_
     assert sorted(set(looks)) == names and len(looks) <= len(names) + 4
 
 
+@pytest.mark.nightly
 def test_worker_of_another_version_is_refused_by_name(tmp_path):
     cluster = Cluster(tmp_path)
     try:
@@ -243,6 +244,7 @@ def test_batch_killed_at_twenty_moments_is_always_readable_and_goes_on(recording
         )
 
 
+@pytest.mark.nightly
 def test_interrupted_batch_writes_its_tables_and_says_so(recordings, tmp_path):
     process = start_batch(recordings, tmp_path / "fleet", num_workers=1)
     wait_until(lambda: len(list((tmp_path / "fleet").glob("r*/task.json"))) >= 1, "no recording was done")

@@ -88,7 +88,9 @@ def sections_of(profile: StairProfile) -> list[Section]:
         parts.append((Surface.FRONT, k, (s[k], under), (s[k], top)))
         begin = float(s[k])
     last = profile.num_steps
-    parts.append((Surface.TREAD, last - 1, on_level(last, begin), on_level(last, s[-1] + profile.run)))
+    # As far as the slab under it, which begins one overhang behind the nosing.
+    end = s[-1] + profile.run + profile.overhang
+    parts.append((Surface.TREAD, last - 1, on_level(last, begin), on_level(last, end)))
     return parts
 
 

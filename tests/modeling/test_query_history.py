@@ -98,7 +98,7 @@ def assert_same(one: tuple[Stairway, ...], other: tuple[Stairway, ...]) -> None:
         np.testing.assert_array_equal(first, second)
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=12, deadline=None, derandomize=True)
 @given(
     seed=st.integers(0, 10_000),
     asked=st.lists(st.integers(1, 60), max_size=12),

@@ -60,7 +60,10 @@ def test_exact_rays_lie_on_the_profile_and_a_box_before_it_is_nearer() -> None:
     clear = sort_rays(case)
     measured = np.count_nonzero(clear.inverse_distance)
     assert np.count_nonzero(clear.is_on) > 0.8 * measured
-    assert not clear.is_nearer.any()
+    # Rays this flat meet the landing edge on, where a millimetre of height is half a metre of distance.
+    is_steep = clear.slope < -0.02
+    assert np.count_nonzero(is_steep) > 0.9 * measured
+    assert not clear.is_nearer[is_steep].any()
     box = make_block([-0.3, -0.1, 0.0], [-0.2, 0.1, 0.5])
     hidden = sort_rays(case_of(detected(stairs_solid(STAIRS), box)[1]))
     assert np.count_nonzero(hidden.is_nearer) > 20

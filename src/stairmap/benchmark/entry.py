@@ -18,6 +18,7 @@ from stairmap.camera import PinholeCamera
 from stairmap.config import Config
 from stairmap.detection.observation import StairObservation
 from stairmap.frame import DepthFrame
+from stairmap.input_files import parse_json
 from stairmap.map_levelling import find_level_map
 from stairmap.map_scan import MapScan
 from stairmap.pipeline import DEFAULT_METHOD
@@ -34,7 +35,7 @@ def main() -> None:
     """Answer requests from stdin until it is closed."""
     method = sys.argv[1]
     for line in sys.stdin:
-        sys.stdout.write(json.dumps(answer(json.loads(line), method)) + "\n")
+        sys.stdout.write(json.dumps(answer(parse_json(line), method)) + "\n")
         sys.stdout.flush()
 
 

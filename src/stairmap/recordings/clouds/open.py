@@ -24,16 +24,15 @@ _BY_MAGIC: tuple[tuple[bytes, Callable[[Path], Cloud]], ...] = (
     (b"ply\n", open_ply),
     (b"ply\r", open_ply),
     (b"LASF", open_las),
-    (b"PK\x03\x04", open_height_grid),
     (b"ASTM-E57", open_e57),
     (b"# .PCD", open_pcd),
     (b"VERSION", open_pcd),
 )
 
 _BY_SUFFIX: dict[str, Callable[[Path], Cloud]] = {
-    ".npz": open_height_grid,
     ".pcd": open_pcd, ".ply": open_ply, ".las": open_las, ".laz": open_las, ".e57": open_e57,
     ".xyz": open_text, ".txt": open_text, ".asc": open_text, ".csv": open_text, ".pts": open_text,
+    ".npz": open_height_grid,
 }  # fmt: skip
 
 CLOUD_SUFFIXES = tuple(_BY_SUFFIX)
