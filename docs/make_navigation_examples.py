@@ -3,7 +3,7 @@
 A simulated Spot climbs the stairs of two architects' buildings. The buildings lie beside the project and are
 no part of it:
 
-    python docs/make_navigation_examples.py BUILDINGS /tmp/navigation
+    python docs/make_navigation_examples.py BUILDINGS OUTPUT
 """
 
 from __future__ import annotations

@@ -45,7 +45,6 @@ def detect_points(
     *,
     up: Vector,
     noise: float | None = None,
-    viewpoints: Points | None = None,
     config: Config | None = None,
     stamp_ns: int = 0,
 ) -> Detection:
@@ -59,8 +58,6 @@ def detect_points(
         (3,) unit vector opposite to gravity in it.
     noise
         Standard deviation of a point, m; found from the level surfaces where not given.
-    viewpoints
-        (V, 3) where the sensor stood, m, if it is known; not needed.
     config
         Uses the sections ``envelope`` and ``detection.min_steps``.
     stamp_ns
@@ -71,7 +68,6 @@ def detect_points(
     One observation for each flight, in the coordinate frame of the points. Flights that were looked at and
     refused leave their reasons.
     """
-    del viewpoints
     config = Config() if config is None else config
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < MIN_POINTS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterator
 
 import py_trees
@@ -28,9 +29,9 @@ class MissionBehaviour(py_trees.behaviour.Behaviour):
         self.mission = mission
         self._steps: Iterator[Status] | None = None
 
+    @abstractmethod
     def steps(self) -> Iterator[Status]:
         """Yield ``RUNNING`` after each part of the work, and ``SUCCESS`` or ``FAILURE`` at its end."""
-        raise NotImplementedError
 
     def initialise(self) -> None:
         """Begin anew."""
