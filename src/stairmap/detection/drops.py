@@ -143,7 +143,8 @@ def find_edge_places(samples: GroundSamples) -> EdgePlaces:
         earlier = np.arange(len(rows) - step)
         last_ground[step:] = np.where(ends[:-step], earlier[:, None], last_ground[step:])
     before = crossing[np.maximum(last_ground, 0), columns]
-    is_edge = starts & (last_ground >= 0) & (crossing - before < MAX_GAP) & (before < MAX_DISTANCE)
+    with np.errstate(invalid="ignore"):  # infinite where a ray never meets the ground
+        is_edge = starts & (last_ground >= 0) & (crossing - before < MAX_GAP) & (before < MAX_DISTANCE)
     column = np.flatnonzero(is_edge.any(axis=0))
     first = np.argmax(is_edge[:, column], axis=0)
     distance = crossing * (1.0 - height / np.float32(samples.view.height))
