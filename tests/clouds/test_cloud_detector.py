@@ -60,6 +60,16 @@ def test_look_alikes_are_no_stairs(name: str) -> None:
     assert not detect_points(points, up=UP).observations
 
 
+@pytest.mark.parametrize("name", ["pallets", "stacked_boxes"])
+def test_what_is_stepped_like_stairs_is_judged_and_refused_with_reasons(name: str) -> None:
+    points, _ = sampled_scene(name)
+
+    detection = detect_points(points, up=UP)
+
+    assert not detection.observations
+    assert detection.rejections
+
+
 def test_few_points_are_refused_with_the_reason() -> None:
     detection = detect_points(np.zeros((10, 3)), up=UP)
 
