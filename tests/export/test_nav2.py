@@ -495,3 +495,22 @@ def test_masks_take_the_extent_of_the_maps_that_are_given(tmp_path):
 def test_a_number_that_is_not_known_is_null_in_a_file(tmp_path):
     dump_json({"a": float("nan"), "b": [1.5, float("inf")]}, tmp_path / "a.json")
     assert json.loads((tmp_path / "a.json").read_text()) == {"a": None, "b": [1.5, None]}
+
+
+def test_no_floor_edge_passes_a_wall_right_beside_a_staging_pose(tmp_path):
+    stairways = [
+        make_stairway(make_flight(base=(0, y, 0.0), num_risers=18), stairway_id=number)
+        for number, y in ((1, 0.0), (2, 6.0))
+    ]
+    profile = load_robot("spot")
+    portals = make_portals(stairways, find_floors(stairways), profile)
+    x, y = portals[0].lower.position[:2]
+    grids = free_floors(stairways)
+    cells = grids[0].cells.copy()
+    row, column = int((y + 15) / 0.1), int((x + 15) / 0.1)
+    # A box of walls round the pose: its nearest free ground lies outside.
+    cells[row - 2 : row + 3, column - 2] = cells[row - 2 : row + 3, column + 2] = 100
+    cells[row - 2, column - 2 : column + 3] = cells[row + 2, column - 2 : column + 3] = 100
+    walled = {**grids, 0: replace(grids[0], cells=cells)}
+    graph = make_route_graph(portals, profile, walled)
+    assert not [edge for edge in graph.edges if edge.kind == "floor" and graph.nodes[edge.start].level == 0]
