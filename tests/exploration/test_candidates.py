@@ -9,7 +9,8 @@ import pytest
 from small_worlds import SPOT, stairs
 
 from stairmap.exploration.candidates import is_on_link, staging_spot
-from stairmap.exploration.exploration_map import ExplorationMap, LevelSearch
+from stairmap.exploration.exploration_map import ExplorationMap
+from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.odometry import Planar
 from stairmap.navigation.occupancy import FREE, UNKNOWN, OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner

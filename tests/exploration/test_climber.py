@@ -10,6 +10,7 @@ from small_worlds import SPOT, robot_in, room_with, stairs
 
 from stairmap.exploration.climber import Climber
 from stairmap.exploration.exploration_map import ExplorationMap
+from stairmap.exploration.layer_map import LayerMap
 from stairmap.exploration.levels import LevelBook
 from stairmap.exploration.simulated_pilot import SimulatedPilot
 from stairmap.exploration.stair_links import MIN_PROBABILITY, StairBook
@@ -94,7 +95,7 @@ def test_stairs_that_are_not_there_end_the_climb():
 def test_a_link_keeps_its_number_when_its_flight_grows():
     _, stairway = stairs()
     flight = stairway.flights[0]
-    book, levels = StairBook(SPOT.profile), LevelBook()
+    book, levels = StairBook(SPOT.profile), LevelBook(LayerMap)
     levels.enter(0.0)
     book.update([stairway], levels)
     grown = dataclasses.replace(flight, num_risers=9, base=flight.base + np.array([0.03, 0.05, 0.0]))
@@ -110,7 +111,7 @@ def test_risers_that_are_too_high_close_stairs_and_other_failures_only_the_secon
     _, stairway = stairs()
     for reason, num in (("a riser of 0.4 m is above the robot's single step of 0.3 m", 1), ("slipped", 2)):
         book = StairBook(SPOT.profile)
-        book.update([stairway], LevelBook())
+        book.update([stairway], LevelBook(LayerMap))
         link = book.links[0]
         for _ in range(num):
             assert link.is_climbable
@@ -120,7 +121,7 @@ def test_risers_that_are_too_high_close_stairs_and_other_failures_only_the_secon
 
 def test_a_link_that_nobody_sees_any_more_is_forgotten_unless_it_was_climbed():
     _, stairway = stairs()
-    book, levels = StairBook(SPOT.profile), LevelBook()
+    book, levels = StairBook(SPOT.profile), LevelBook(LayerMap)
     book.update([stairway], levels)
     book.update([], levels)
     assert not book.links
@@ -145,7 +146,7 @@ def test_a_link_that_nobody_sees_any_more_is_forgotten_unless_it_was_climbed():
 def test_what_is_climbed_follows_from_verdict_and_probability(rise, robot, allow, expected):
     _, stairway = stairs(rise=rise)
     book = StairBook(load_robot(robot), allow_unknown=allow)
-    book.update([stairway], LevelBook())
+    book.update([stairway], LevelBook(LayerMap))
     link = book.links[0]
     assert link.is_climbable is expected, (link.portal.verdict, link.probability, MIN_PROBABILITY)
     link.state = "failed"

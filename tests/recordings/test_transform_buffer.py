@@ -74,6 +74,17 @@ def test_leading_slashes_do_not_matter() -> None:
     assert buffer.coordinate_frames() == ("odom", "base")
 
 
+def test_a_chain_has_come_as_far_as_its_slowest_moving_link() -> None:
+    buffer = robot()
+    buffer.add("odom", "base", 1040 * MS, at_x(1.04))
+    buffer.add("map", "other", 5000 * MS, at_x(0.0))
+    assert buffer.latest_ns("odom", "camera") == 1040 * MS
+    assert buffer.latest_ns("map", "camera") == buffer.latest_ns("camera", "map") == 1000 * MS
+    buffer.lookup("map", "camera", buffer.latest_ns("map", "camera"))
+    with pytest.raises(TransformLookupError, match="no coordinate frame 'wheel'"):
+        buffer.latest_ns("map", "wheel")
+
+
 def test_unknown_coordinate_frame_is_refused_with_the_names_there_are() -> None:
     with pytest.raises(TransformLookupError, match="'world'; there are: base, camera, map, odom") as caught:
         robot().lookup("world", "camera", 0)

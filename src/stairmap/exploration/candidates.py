@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 
 from stairmap.arrays import Float64Array
-from stairmap.exploration.exploration_map import ExplorationMap, LevelSearch
 from stairmap.exploration.frontiers import find_frontiers_with_gain
+from stairmap.exploration.known_building import KnownBuilding
+from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.levels import Level
 from stairmap.exploration.low_steps import find_low_steps
 from stairmap.exploration.stair_links import UNEXPLORED, Link
@@ -52,7 +53,7 @@ EDGE_DISTANCE = 0.7
 """Distance from the last nosing at which stairs that go down are looked at, m."""
 
 
-def find_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+def find_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> list[Task]:
     """Return what the robot could do on its level, stairs from it included."""
     return [
         *_frontier_tasks(level, search),
@@ -81,7 +82,7 @@ def _frontier_tasks(level: Level, search: LevelSearch) -> list[Task]:
     ]
 
 
-def _drop_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+def _drop_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> list[Task]:
     """Looks into holes: stairs may lead down there."""
     drops = level.map.drops()
     num, labels, stats, _ = cv2.connectedComponentsWithStats(drops.astype(np.uint8), connectivity=8)
@@ -109,7 +110,7 @@ def _drop_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> lis
     return tasks
 
 
-def _tentative_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+def _tentative_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> list[Task]:
     """Looks at what single frames took for stairs and no stairway came of."""
     tasks = []
     for sighting in known.sightings(level.number):
@@ -132,7 +133,7 @@ def _tentative_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -
     return tasks
 
 
-def _low_step_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+def _low_step_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> list[Task]:
     """Looks from the front at what may be the lowest treads of stairs."""
     tasks = []
     for steps in find_low_steps(search.grid, level.map.tops):
@@ -152,7 +153,7 @@ def _low_step_tasks(known: ExplorationMap, level: Level, search: LevelSearch) ->
     return tasks
 
 
-def _stair_tasks(known: ExplorationMap, level: Level, search: LevelSearch) -> list[Task]:
+def _stair_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> list[Task]:
     tasks = []
     for link in known.stairs.links:
         for near, far, pose, climb, is_up in (
@@ -211,16 +212,14 @@ def staging_spot(
     return centers[best], float(costs[rows[best], columns[best]])
 
 
-def _leads_to_unknown(known: ExplorationMap, link: Link, far: int, *, is_up: bool) -> bool:
+def _leads_to_unknown(known: KnownBuilding, link: Link, far: int, *, is_up: bool) -> bool:
     """Whether a flight to a level that is known ends there on ground that nobody saw."""
     level = known.levels.levels[far]
     pose = link.portal.upper if is_up else link.portal.lower
     return level.map.grid().value_at(pose.position) in (None, -1)
 
 
-def is_on_link(
-    known: ExplorationMap, level: Level, place: Float64Array, heading: float | None = None
-) -> bool:
+def is_on_link(known: KnownBuilding, level: Level, place: Float64Array, heading: float | None = None) -> bool:
     """Whether a (2,) place is on a flight that is known, or before its ends.
 
     Stairs that were seen with another heading, rad, are others: on a landing they begin right beside it.

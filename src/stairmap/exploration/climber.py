@@ -170,5 +170,6 @@ class Climber:
                 return Progress(state="failed", reason=self._failure)
             forward, aside = self._way_back.pop()
             if not self._robot.climb(-forward, -aside):
-                return Progress(state="failed", reason=f"{self._failure}; stuck on the way back")
+                reason = f"{self._failure}; stuck on the way back"
+                return Progress(state="failed", reason=reason, is_stranded=True)
         return RUNNING

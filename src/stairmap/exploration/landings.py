@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stairmap.exploration.exploration_map import ExplorationMap
-from stairmap.exploration.layer_map import RESOLUTION
+from stairmap.exploration.known_building import KnownBuilding
 from stairmap.exploration.levels import Level
 from stairmap.navigation.occupancy import FREE
 
@@ -19,13 +18,13 @@ AREA_OF_WIDTH = 12.0
 """One is a landing up to so many squares of its flights' width: that of a half turn is three."""
 
 
-def classify_landings(known: ExplorationMap) -> None:
+def classify_landings(known: KnownBuilding) -> None:
     """Mark each level as a landing or not, from the links and the ground known by now."""
     for level in known.levels.levels:
         level.is_landing = _is_landing(known, level)
 
 
-def _is_landing(known: ExplorationMap, level: Level) -> bool:
+def _is_landing(known: KnownBuilding, level: Level) -> bool:
     links = [link for link in known.stairs.links if level.number in (link.lower, link.upper)]
     up = [link for link in links if link.lower == level.number]
     down = [link for link in links if link.upper == level.number]
@@ -45,4 +44,5 @@ def _is_landing(known: ExplorationMap, level: Level) -> bool:
 
 def free_area(level: Level) -> float:
     """Return the free ground of a level, m²."""
-    return float(np.count_nonzero(level.map.grid().cells == FREE)) * RESOLUTION**2
+    grid = level.map.grid()
+    return float(np.count_nonzero(grid.cells == FREE)) * grid.resolution**2

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from stairmap.exploration.layer_map import LayerMap
+from stairmap.exploration.level_map import LevelMap
 
 SAME_LEVEL = 0.35
 """Places whose heights differ by less are on one level, m: less than three risers."""
@@ -30,16 +31,17 @@ class Level:
 
     number: int
     height: float
-    map: LayerMap
+    map: LevelMap
     is_landing: bool = False
     reached_by: set[int] = field(default_factory=set)
 
 
 class LevelBook:
-    """All levels so far."""
+    """All levels so far; ``make_map`` gives the empty map of one at a height, m."""
 
-    def __init__(self) -> None:
+    def __init__(self, make_map: Callable[[float], LevelMap]) -> None:
         self.levels: list[Level] = []
+        self._make_map = make_map
 
     def find(self, height: float) -> Level | None:
         """Return the level at a height, m; ``None`` if the robot never stood there."""
@@ -51,7 +53,7 @@ class LevelBook:
         known = self.find(height)
         if known is not None:
             return known, False
-        level = Level(number=len(self.levels), height=height, map=LayerMap(height))
+        level = Level(number=len(self.levels), height=height, map=self._make_map(height))
         self.levels.append(level)
         return level, True
 

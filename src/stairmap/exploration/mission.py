@@ -18,7 +18,8 @@ from typing import Any
 from stairmap.arrays import Vector
 from stairmap.errors import MissingPackageError
 from stairmap.exploration.decision_log import DecisionLog
-from stairmap.exploration.exploration_map import SAME_PLACE, ExplorationMap, LevelSearch
+from stairmap.exploration.known_building import SAME_PLACE, KnownBuilding
+from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.pilot import Pilot
 from stairmap.exploration.tasks import Task
 
@@ -54,7 +55,7 @@ class Mission:
         Time (s), area (m²) and level, once for each decision.
     """
 
-    known: ExplorationMap
+    known: KnownBuilding
     pilot: Pilot
     clock: Callable[[], float]
     log: DecisionLog = field(default_factory=DecisionLog)

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from stairmap.arrays import Float64Array
 from stairmap.exploration.candidates import FLOOR_GAIN, find_tasks, staging_spot
-from stairmap.exploration.exploration_map import ExplorationMap, LevelSearch
+from stairmap.exploration.known_building import KnownBuilding
+from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.stair_links import UNEXPLORED, Link
 from stairmap.exploration.tasks import Task
 from stairmap.navigation.floors import FloorError
@@ -15,7 +16,7 @@ MIN_GAIN = 2.0
 """For less the robot does not come back over stairs, m²."""
 
 
-def find_tasks_elsewhere(known: ExplorationMap, search: LevelSearch) -> list[Task]:
+def find_tasks_elsewhere(known: KnownBuilding, search: LevelSearch) -> list[Task]:
     """Return, for each way off this level, the best of what lies beyond it, as a task to use that flight.
 
     Its cost is that of all the way there; its gain that of what is to be done there.
@@ -53,9 +54,7 @@ def find_tasks_elsewhere(known: ExplorationMap, search: LevelSearch) -> list[Tas
     return list(best.values())
 
 
-def _hop(
-    known: ExplorationMap, link: Link, here: LevelSearch
-) -> tuple[float, int, bool, Float64Array] | None:
+def _hop(known: KnownBuilding, link: Link, here: LevelSearch) -> tuple[float, int, bool, Float64Array] | None:
     """Return the cost of a flight from this level to another that is known, that one, whether it is up, and
     the (2,) place where the robot lines up."""
     if not link.is_climbable or max(link.lower, link.upper) >= UNEXPLORED:

@@ -15,10 +15,11 @@ from stairmap.exploration.stair_links import Link
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """How far an order is; ``reason`` says why it failed."""
+    """How far an order is; ``reason`` says why it failed, ``is_stranded`` that people must come for it."""
 
     state: Literal["running", "done", "failed"]
     reason: str = ""
+    is_stranded: bool = False
 
 
 RUNNING, DONE = Progress(state="running"), Progress(state="done")

@@ -103,24 +103,49 @@ class TransformBuffer:
         """
         destination, source = plain_name(destination), plain_name(source)
         with self._lock:
-            for name in (destination, source):
-                self._check_known(name)
-            ancestors = self._ancestors(destination, stamp_ns)
-            places = {name: index for index, name in enumerate(ancestors)}
-            upward = []
-            for name in self._ancestors(source, stamp_ns):
-                if name in places:
-                    break
-                upward.append(name)
-            else:
-                raise TransformLookupError(
-                    f"the coordinate frames {destination} and {source} are not connected: {source} hangs on "
-                    f"{upward[-1]}, {destination} on {ancestors[-1]}",
-                    TransformProblem.NOT_CONNECTED,
-                )
+            upward, downward = self._chains(destination, source, stamp_ns)
             ancestor_from_source = self._compose(upward, stamp_ns)
-            ancestor_from_destination = self._compose(ancestors[: places[name]], stamp_ns)
+            ancestor_from_destination = self._compose(downward, stamp_ns)
         return np.asarray(invert_transform(ancestor_from_destination) @ ancestor_from_source)
+
+    def latest_ns(self, destination: str, source: str) -> int:
+        """Return the newest stamp, nanoseconds, up to which the whole chain between two frames has come.
+
+        Raises
+        ------
+        TransformLookupError
+            If a coordinate frame is unknown, or no chain joins the two.
+        """
+        destination, source = plain_name(destination), plain_name(source)
+        with self._lock:
+            now_ns = max(
+                (history.last_ns for parents in self._moving.values() for history in parents.values()),
+                default=0,
+            )
+            upward, downward = self._chains(destination, source, now_ns)
+            moving = [
+                self._moving[child][parent].last_ns
+                for child in (*upward, *downward)
+                if (parent := self._parent_at(child, now_ns)) in self._moving.get(child, {})
+            ]
+        return min(moving, default=now_ns)
+
+    def _chains(self, destination: str, source: str, stamp_ns: int) -> tuple[list[str], list[str]]:
+        """The frames from the source, and from the destination, up to below their common ancestor."""
+        for name in (destination, source):
+            self._check_known(name)
+        ancestors = self._ancestors(destination, stamp_ns)
+        places = {name: index for index, name in enumerate(ancestors)}
+        upward: list[str] = []
+        for name in self._ancestors(source, stamp_ns):
+            if name in places:
+                return upward, ancestors[: places[name]]
+            upward.append(name)
+        raise TransformLookupError(
+            f"the coordinate frames {destination} and {source} are not connected: {source} hangs on "
+            f"{upward[-1]}, {destination} on {ancestors[-1]}",
+            TransformProblem.NOT_CONNECTED,
+        )
 
     def _name_frames(self, *names: str) -> None:
         for name in names:

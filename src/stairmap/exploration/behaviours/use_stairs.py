@@ -50,6 +50,11 @@ class UseStairs(MissionBehaviour):
                      probability=list(link.portal.assessment.probability))  # fmt: skip
         known.leave_level()
         yield from self.carry_out(lambda: mission.pilot.climb(link, is_up=task.is_up))
+        if self.last.is_stranded:
+            mission.fail(task, self.last.reason)
+            mission.stop(f"the robot is stranded on stairs: {self.last.reason}")
+            yield Status.FAILURE
+            return
         if self.last.state == "failed":
             known.enter_level()
             link.note_failure(self.last.reason)
