@@ -12,7 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_twins import assert_alike
 
-from stairmap.kernels import choice, corners, counts, images, lattices, normals, planes, row_ends, sampling
+from stairmap.kernels import (
+    choice,
+    corners,
+    counts,
+    grounds,
+    images,
+    lattices,
+    normals,
+    planes,
+    row_ends,
+    sampling,
+)
 
 VIEW = sampling.SamplingView(60.0, 60.0, 20.0, 15.0, 0.03, 1e-3)
 SEEDS = st.integers(0, 2**32 - 1)
@@ -178,3 +189,39 @@ def test_ends_of_any_rows(compiled: ModuleType, seed: int, size: tuple[int, int]
     steps = np.full(entries, 0.05), random.random(entries) < 0.8
     limits = row_ends.RowLimits(0.01, 0.0, 0.02, 0.2, 3, 0.06, 0.01, -0.05, 0.1, 0.3, 3, 0.25)
     compare(compiled, row_ends.find_row_ends, cells, rays, table, steps, limits)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, size=SIZES, is_known=st.booleans())
+def test_ground_of_any_image(
+    compiled: ModuleType, seed: int, size: tuple[int, int], *, is_known: bool
+) -> None:
+    random = np.random.default_rng(seed)
+    slope, bearing = -np.sort(random.uniform(0.05, 1.5, size[0]))[::-1], random.uniform(-0.5, 0.5, 25)
+    # A floor 0.6 m below a level camera, with a hole, noise, and pixels of something else.
+    rows = (np.arange(size[0]) - 3.0) / 20.0
+    image = np.repeat(np.maximum(rows / 0.6, 0.0)[:, None], size[1], axis=1).astype(np.float32)
+    image *= random.choice([1.0, 0.99, 0.8, 0.0], image.shape, p=[0.6, 0.2, 0.1, 0.1]).astype(np.float32)
+    axes = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])
+    camera = grounds.GroundCamera(20.0, 20.0, size[1] / 2, 3.0, 1e-3)
+    limits = grounds.GroundLimits(
+        0.1, 2.0, 0.02, 4, is_known, 0.25, 2, 2, 4.0, 3, 0.08, 0.05, 0.025, 0.012, 5.0, 0.3, 16, 0.25
+    )
+    compare(compiled, grounds.fit_ground, image, axes, slope, bearing, camera, limits)
+    compare(compiled, grounds.fit_ground, image, rotation(random), slope, bearing, camera, limits)
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=SEEDS, size=SIZES)
+def test_ledges_of_any_rays(compiled: ModuleType, seed: int, size: tuple[int, int]) -> None:
+    random = np.random.default_rng(seed)
+    crossing = np.sort(random.uniform(0.5, 3.0, size), axis=0).astype(np.float32)
+    crossing[random.random(size) < 0.02] = np.inf
+    height = np.zeros(size, dtype=np.float32)
+    height[int(random.integers(0, size[0])) :] = -0.3
+    height += random.normal(0, 0.03, size).astype(np.float32)
+    height[random.random(size) < 0.1] = np.nan
+    limits = grounds.LedgeLimits(
+        0.05, 0.02, 4.0, 0.1, 0.04, 0.04, 8, 5, 6, 3, 3, 1.5, 3.5, 3, 0.7, 0.4, 0.05
+    )  # fmt: skip
+    compare(compiled, grounds.find_ledges, crossing, height, 0.6, limits)

@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from stairmap.arrays import Float32Array, Float64Array, IntArray, Mask, Points, readonly
-from stairmap.detection.ground import GroundSamples, ground_tolerance
+from stairmap.arrays import Float64Array, IntArray, Points, readonly
+from stairmap.detection.ground import MAX_RANGE, NOISE, NOISE_PER_METRE, GroundSamples
+from stairmap.kernels import find_ledges
+from stairmap.kernels.grounds import LedgeLimits
 
 MIN_DEPTH = 0.10
 """Least depth of a drop, m: wheels of ordinary robots roll down what is lower, as a kerb's flush end."""
@@ -130,77 +132,30 @@ def find_drops(samples: GroundSamples) -> tuple[DropEdge, ...]:
 
 def find_edge_places(samples: GroundSamples) -> EdgePlaces:
     """Return along which bearings the ground ends at a drop, and where."""
-    rows, is_measured = _packed_rows(np.isfinite(samples.height))
-    columns = np.arange(rows.shape[1])
-    height, crossing = samples.height[rows, columns], samples.crossing[rows, columns]
-    tolerance = ground_tolerance(crossing)
-    is_ground = is_measured & (np.abs(height) < tolerance)
-    is_below = is_measured & (height < -np.maximum(MIN_DEPTH, FAR_DEPTH + DEPTH_PER_METRE * crossing))
-    starts = is_below & (_count_ahead(is_below, PERSISTENCE) >= MIN_BELOW)
-    ends = is_ground & (_count_behind(is_ground, LAST_GROUND) >= MIN_LAST_GROUND)
-    last_ground = np.full(rows.shape, -1, dtype=np.int64)
-    for step in range(MAX_MIXED + 1, 0, -1):
-        earlier = np.arange(len(rows) - step)
-        last_ground[step:] = np.where(ends[:-step], earlier[:, None], last_ground[step:])
-    before = crossing[np.maximum(last_ground, 0), columns]
-    with np.errstate(invalid="ignore"):  # infinite where a ray never meets the ground
-        is_edge = starts & (last_ground >= 0) & (crossing - before < MAX_GAP) & (before < MAX_DISTANCE)
-    column = np.flatnonzero(is_edge.any(axis=0))
-    first = np.argmax(is_edge[:, column], axis=0)
-    distance = crossing * (1.0 - height / np.float32(samples.view.height))
-    is_sharp = _falls_in_steps(height, first, column) | _falls_steeply((distance, height), first, column)
-    column, first = column[is_sharp], first[is_sharp]
-    low, high = before[first, column], crossing[first, column]
-    distance = (low + np.minimum(0.5 * (high - low), MAX_SHIFT)).astype(np.float64)
-    return EdgePlaces(
-        column=column,
-        place=np.stack([distance, distance * samples.view.bearing[column]], axis=1),
-        depth=-height[first, column].astype(np.float64),
-    )
+    column, distance, depth = find_ledges(samples.crossing, samples.height, samples.view.height, _LIMITS)
+    place = np.stack([distance, distance * samples.view.bearing[column]], axis=1)
+    return EdgePlaces(column=column, place=place, depth=depth)
 
 
-def _falls_in_steps(height: Float32Array, first: IntArray, column: IntArray) -> Mask:
-    """(N,) whether height falls in one or two steps about the first lower ray of each column.
-
-    On a ramp seen at a flat angle neighbouring rays may fall by decimetres, but every one does.
-    """
-    falls = np.nan_to_num(np.maximum(-np.diff(height[_window(first, len(height)), column], axis=0), 0.0))
-    largest = np.sort(falls, axis=0)[-2:].sum(axis=0)
-    return np.asarray(largest >= MIN_STEP_SHARE * falls.sum(axis=0))
-
-
-def _falls_steeply(met: tuple[Float32Array, Float32Array], first: IntArray, column: IntArray) -> Mask:
-    """(N,) whether what is seen about the first lower ray of each column falls more steeply than a ramp.
-
-    ``met`` are the forward distance and the height of what each ray met, m.
-    """
-    distance, height = (values[_window(first, len(values)), column] for values in met)
-    return np.asarray(height[0] - height[-1] > MIN_FALL * np.maximum(distance[-1] - distance[0], 0.0))
-
-
-def _window(first: IntArray, num_rows: int) -> IntArray:
-    """(W, N) rows about the first lower ray of each column, from the last ground on."""
-    rows = first + np.arange(-MAX_MIXED - 1, STEPS_BEHIND + 1)[:, None]
-    return np.asarray(np.clip(rows, 0, num_rows - 1))
-
-
-def _packed_rows(measured: Mask) -> tuple[IntArray, Mask]:
-    """(R, C) rows of the measured rays of each column, packed to its front, and which entries are some."""
-    order = np.argsort(~measured, axis=0, kind="stable")
-    return order, np.arange(len(measured))[:, None] < np.count_nonzero(measured, axis=0)
-
-
-def _count_ahead(mask: Mask, length: int) -> IntArray:
-    """How many of ``length`` entries from each on, along the first axis, are true."""
-    total = np.zeros((len(mask) + length, mask.shape[1]), dtype=np.int64)
-    np.cumsum(mask, axis=0, out=total[1 : len(mask) + 1])
-    total[len(mask) + 1 :] = total[len(mask)]
-    return total[length : length + len(mask)] - total[: len(mask)]
-
-
-def _count_behind(mask: Mask, length: int) -> IntArray:
-    """How many of ``length`` entries up to each are true."""
-    return _count_ahead(mask[::-1], length)[::-1]
+_LIMITS = LedgeLimits(
+    noise=NOISE,
+    noise_per_metre=NOISE_PER_METRE,
+    max_range=MAX_RANGE,
+    min_depth=MIN_DEPTH,
+    far_depth=FAR_DEPTH,
+    depth_per_metre=DEPTH_PER_METRE,
+    persistence=PERSISTENCE,
+    min_below=MIN_BELOW,
+    last_ground=LAST_GROUND,
+    min_last_ground=MIN_LAST_GROUND,
+    max_mixed=MAX_MIXED,
+    max_gap=MAX_GAP,
+    max_distance=MAX_DISTANCE,
+    rows_behind=STEPS_BEHIND,
+    min_step_share=MIN_STEP_SHARE,
+    min_fall=MIN_FALL,
+    max_shift=MAX_SHIFT,
+)
 
 
 def _runs(places: EdgePlaces) -> list[IntArray]:

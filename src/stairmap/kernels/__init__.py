@@ -10,6 +10,7 @@ from stairmap.kernels import (
     corners,
     counts,
     equations,
+    grounds,
     images,
     lattices,
     normals,
@@ -31,7 +32,9 @@ __all__ = [
     "find_creases",
     "find_facing",
     "find_jumps",
+    "find_ledges",
     "find_row_ends",
+    "fit_ground",
     "fit_window_planes",
     "label_close",
     "measure_jumps",
@@ -68,3 +71,5 @@ count_rays = chosen(counts.count_rays)
 count_continuations = chosen(counts.count_continuations)
 compare_with_line = chosen(counts.compare_with_line)
 find_row_ends = chosen(row_ends.find_row_ends)
+fit_ground = chosen(grounds.fit_ground)
+find_ledges = chosen(grounds.find_ledges)

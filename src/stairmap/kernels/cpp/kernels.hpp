@@ -75,6 +75,15 @@ nb::tuple compare_with_line(nb::tuple rays, nb::tuple table,
                             const std::tuple<double, double, double, double, double, double, double, int64_t,
                                              int64_t, double> &limits);
 
+nb::tuple fit_ground(nb::handle inverse_depth, nb::handle axes, nb::handle slope, nb::handle bearing,
+                     const std::array<double, 5> &camera,
+                     const std::tuple<double, double, double, int64_t, bool, double, int64_t, int64_t, double, int64_t,
+                                      double, double, double, double, double, double, int64_t, double> &limits);
+
+nb::tuple find_ledges(nb::handle crossing, nb::handle height, double camera_height,
+                      const std::tuple<double, double, double, double, double, double, int64_t, int64_t, int64_t,
+                                       int64_t, int64_t, double, double, int64_t, double, double, double> &limits);
+
 // The median of values, which are put in another order; 0 without any.
 inline double median_of(std::vector<double> &values) {
     if (values.empty()) return 0.0;

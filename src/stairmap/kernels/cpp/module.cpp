@@ -34,4 +34,7 @@ NB_MODULE(_compiled, module) {
     module.def("count_continuations", &stairmap::count_continuations, "rays"_a, "seen"_a, "order"_a, "surfaces"_a,
                "limits"_a);
     module.def("compare_with_line", &stairmap::compare_with_line, "rays"_a, "table"_a, "limits"_a);
+    module.def("fit_ground", &stairmap::fit_ground, "inverse_depth"_a, "axes"_a, "slope"_a, "bearing"_a, "camera"_a,
+               "limits"_a);
+    module.def("find_ledges", &stairmap::find_ledges, "crossing"_a, "height"_a, "camera_height"_a, "limits"_a);
 }

@@ -4,84 +4,116 @@
 #include <vector>
 
 #include "kernels.hpp"
+#include "vectors.hpp"
 
 namespace stairmap {
 
 namespace {
 
+// Where the rays of one slope meet the image: a camera, axes, and the bearings of the rays.
+struct Lens {
+    float forward[3], up[3], left[3], fx, fy, cx, cy, same, least;
+};
+
+// The image with a border of zeros, and one row more for its lower neighbours.
+struct Padded {
+    const float *pixels;
+    int32_t stride, width, height;
+};
+
+constexpr size_t BLOCK = 64;  // rays that are worked on together
+
+// Samples of up to BLOCK rays: between pixels of one surface interpolated, elsewhere the nearest.
+STAIRMAP_VECTORS
+void sample_block(const Padded &image, const Lens &lens, const float *ray, const float *__restrict__ across,
+                  size_t count, float *__restrict__ out) {
+    const float x = ray[0], y = ray[1], z = ray[2];
+    const float width = static_cast<float>(image.width), height = static_cast<float>(image.height);
+    const float left_x = lens.left[0], left_y = lens.left[1], left_z = lens.left[2], least = lens.least;
+    const float fx = lens.fx, fy = lens.fy, cx = lens.cx, cy = lens.cy, same = lens.same;
+    const int32_t stride = image.stride;
+    const float *pixels = image.pixels;
+    float depth[BLOCK], part_u[BLOCK], part_v[BLOCK], a[BLOCK], b[BLOCK], c[BLOCK], d[BLOCK];
+    int32_t at[BLOCK], is_near[BLOCK], is_right[BLOCK], is_below[BLOCK];
+    // Loops without branches, of which the compiler makes vectors, and one that looks up pixels.
+    for (size_t i = 0; i < count; ++i) {
+        depth[i] = z + across[i] * left_z;
+        const float inverse = 1.0f / (depth[i] > least ? depth[i] : least);
+        const float any_u = (x + across[i] * left_x) * inverse * fx + cx;
+        const float any_v = (y + across[i] * left_y) * inverse * fy + cy;
+        // Rays that miss the image by a pixel or more need no place in it.
+        const int32_t near = (any_u > -1.0f ? 1 : 0) & (any_u < width ? 1 : 0) & (any_v > -1.0f ? 1 : 0) &
+                             (any_v < height ? 1 : 0) & (depth[i] >= least ? 1 : 0);
+        const float u = near ? any_u : 0.0f, v = near ? any_v : 0.0f;
+        const int32_t whole_u = static_cast<int32_t>(u), whole_v = static_cast<int32_t>(v);
+        const int32_t low_u = whole_u - (static_cast<float>(whole_u) > u ? 1 : 0);
+        const int32_t low_v = whole_v - (static_cast<float>(whole_v) > v ? 1 : 0);
+        part_u[i] = u - static_cast<float>(low_u);
+        part_v[i] = v - static_cast<float>(low_v);
+        at[i] = (low_v + 1) * stride + low_u + 1;
+        // The nearest whole number: halves go to the even one.
+        is_right[i] = (part_u[i] > 0.5f ? 1 : 0) | ((part_u[i] == 0.5f ? 1 : 0) & low_u);
+        is_below[i] = (part_v[i] > 0.5f ? 1 : 0) | ((part_v[i] == 0.5f ? 1 : 0) & low_v);
+        is_near[i] = near;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        const float *pixel = pixels + at[i];
+        a[i] = pixel[0], b[i] = pixel[1], c[i] = pixel[stride], d[i] = pixel[stride + 1];
+    }
+    for (size_t i = 0; i < count; ++i) {
+        const float upper = is_right[i] ? b[i] : a[i], lower = is_right[i] ? d[i] : c[i];
+        const float nearest = is_below[i] ? lower : upper;
+        const float above = a[i] * (1.0f - part_u[i]) + b[i] * part_u[i];
+        const float below = c[i] * (1.0f - part_u[i]) + d[i] * part_u[i];
+        const float linear = above * (1.0f - part_v[i]) + below * part_v[i];
+        const float difference = std::abs(linear - nearest);
+        const float sampled = (difference < same * nearest ? linear : nearest) * depth[i];
+        out[i] = is_near[i] ? sampled : 0.0f;
+    }
+}
+
 class Sampler {
   public:
     Sampler(const Input<float, 2> &image, const Input<double, 2> &axes, const Input<double, 1> &slope,
-            const Input<double, 1> &bearing, const std::array<double, 6> &view)
-        : width_(static_cast<int>(image.shape(1))), height_(static_cast<int>(image.shape(0))),
-          stride_(image.shape(1) + 2), padded_((image.shape(0) + 2) * stride_, 0.0f),
-          slope_(slope.data()), across_(bearing.size()), depth_(bearing.size()),
-          map_u_(bearing.size()), map_v_(bearing.size()) {
+            std::vector<float> bearings, const std::array<double, 6> &view)
+        : padded_((image.shape(0) + 2) * (image.shape(1) + 2), 0.0f), slope_(slope.data()),
+          across_(std::move(bearings)) {
+        const size_t stride = image.shape(1) + 2;
         for (size_t row = 0; row < image.shape(0); ++row)
-            std::copy_n(image.row(row), image.shape(1), &padded_[(row + 1) * stride_ + 1]);
+            std::copy_n(image.row(row), image.shape(1), &padded_[(row + 1) * stride + 1]);
+        image_ = Padded{padded_.data(), static_cast<int32_t>(stride), static_cast<int32_t>(image.shape(1)),
+                        static_cast<int32_t>(image.shape(0))};
         for (int axis = 0; axis < 3; ++axis) {
-            forward_[axis] = static_cast<float>(axes[axis]);
-            up_[axis] = static_cast<float>(axes[3 + axis]);
-            left_[axis] = static_cast<float>(axes[6 + axis]);
+            lens_.forward[axis] = static_cast<float>(axes[axis]);
+            lens_.up[axis] = static_cast<float>(axes[3 + axis]);
+            lens_.left[axis] = static_cast<float>(axes[6 + axis]);
         }
-        for (size_t i = 0; i < across_.size(); ++i) across_[i] = static_cast<float>(bearing[i]);
-        fx_ = static_cast<float>(view[0]), fy_ = static_cast<float>(view[1]);
-        cx_ = static_cast<float>(view[2]), cy_ = static_cast<float>(view[3]);
-        same_ = static_cast<float>(view[4]), least_ = static_cast<float>(view[5]);
+        lens_.fx = static_cast<float>(view[0]), lens_.fy = static_cast<float>(view[1]);
+        lens_.cx = static_cast<float>(view[2]), lens_.cy = static_cast<float>(view[3]);
+        lens_.same = static_cast<float>(view[4]), lens_.least = static_cast<float>(view[5]);
     }
 
-    // Samples of one slope.
-    void sample(size_t row, float *out) {
+    void sample(size_t row, float *out) const {
         const float climb = static_cast<float>(slope_[row]);
-        const float x = forward_[0] + climb * up_[0], y = forward_[1] + climb * up_[1];
-        const float z = forward_[2] + climb * up_[2];
-        const size_t count = across_.size();
-        const float *across = across_.data();
-        float *depth = depth_.data(), *map_u = map_u_.data(), *map_v = map_v_.data();
-        for (size_t i = 0; i < count; ++i) {
-            depth[i] = z + across[i] * left_[2];
-            const float inverse = 1.0f / std::max(depth[i], least_);
-            map_u[i] = (x + across[i] * left_[0]) * inverse * fx_ + cx_;
-            map_v[i] = (y + across[i] * left_[1]) * inverse * fy_ + cy_;
-        }
-        const float width = static_cast<float>(width_), height = static_cast<float>(height_);
-        for (size_t i = 0; i < count; ++i) {
-            const float u = map_u[i], v = map_v[i];
-            // Rays that miss the image by a pixel or more need no place in it.
-            if (!(u > -1.0f && u < width && v > -1.0f && v < height && depth[i] >= least_)) {
-                out[i] = 0.0f;
-                continue;
-            }
-            const int low_u = rounded_down(u), low_v = rounded_down(v);
-            const float part_u = u - static_cast<float>(low_u), part_v = v - static_cast<float>(low_v);
-            const float *at = &padded_[static_cast<size_t>(low_v + 1) * stride_ + static_cast<size_t>(low_u + 1)];
-            const int up = rounds_up(part_v, low_v), right = rounds_up(part_u, low_u);
-            const float nearest = at[static_cast<size_t>(up) * stride_ + static_cast<size_t>(right)];
-            const float above = at[0] * (1.0f - part_u) + at[1] * part_u;
-            const float below = at[stride_] * (1.0f - part_u) + at[stride_ + 1] * part_u;
-            const float linear = above * (1.0f - part_v) + below * part_v;
-            out[i] = (std::abs(linear - nearest) < same_ * nearest ? linear : nearest) * depth[i];
-        }
+        float ray[3];
+        for (int axis = 0; axis < 3; ++axis) ray[axis] = lens_.forward[axis] + climb * lens_.up[axis];
+        for (size_t first = 0; first < across_.size(); first += BLOCK)
+            sample_block(image_, lens_, ray, &across_[first], std::min(BLOCK, across_.size() - first), out + first);
     }
 
   private:
-    // Without SSE 4.1, std::floor is a call.
-    static int rounded_down(float value) {
-        const int whole = static_cast<int>(value);
-        return whole - (static_cast<float>(whole) > value ? 1 : 0);
-    }
-
-    // Whether the nearest whole number lies above; halves go to the even one.
-    static int rounds_up(float part, int low) { return part > 0.5f || (part == 0.5f && (low & 1)) ? 1 : 0; }
-
-    int width_, height_;
-    size_t stride_;
-    std::vector<float> padded_;  // the image with a border of zeros, and one row more for its lower neighbours
+    std::vector<float> padded_;
     const double *slope_;
-    std::vector<float> across_, depth_, map_u_, map_v_;
-    float forward_[3], up_[3], left_[3];
-    float fx_, fy_, cx_, cy_, same_, least_;
+    std::vector<float> across_;
+    Padded image_;
+    Lens lens_;
 };
+
+std::vector<float> floats_of(const Input<double, 1> &values) {
+    std::vector<float> floats(values.size());
+    for (size_t i = 0; i < floats.size(); ++i) floats[i] = static_cast<float>(values[i]);
+    return floats;
+}
 
 void check_sampling(const Input<float, 2> &image, const Input<double, 2> &axes) {
     if (image.size() == 0) refuse("inverse_depth: expected at least one pixel, got none");
@@ -107,18 +139,6 @@ void sort_few(float *values, int64_t count) {
 
 // Mean of the values near their median; they are put in order.
 double mean_near_median(float *values, int64_t count, float spread, int64_t min_valid, int64_t min_near) {
-    // On one surface, the usual case, all are near their median, whichever it is: they need no order.
-    float low = values[0], high = values[0];
-    for (int64_t i = 1; i < count; ++i) {
-        low = std::min(low, values[i]);
-        high = std::max(high, values[i]);
-    }
-    if (high == 0.0f) return 0.0;
-    if (low > 0.0f && high - low < spread * low && count >= min_valid && count >= min_near) {
-        double all = 0.0;
-        for (int64_t i = 0; i < count; ++i) all += values[i];
-        return all / static_cast<double>(count);
-    }
     sort_few(values, count);
     int64_t num_valid = 0;
     for (int64_t i = 0; i < count; ++i) num_valid += values[i] != 0.0f;
@@ -135,6 +155,23 @@ double mean_near_median(float *values, int64_t count, float spread, int64_t min_
     return num_near >= min_near ? total / static_cast<double>(std::max<int64_t>(num_near, 1)) : 0.0;
 }
 
+// Least, greatest and sum of the samples of each strip, which stand one row of strips after another.
+STAIRMAP_VECTORS
+void sum_samples(const float *cells, size_t num_samples, size_t num_strips, float *low, float *high, double *sum) {
+    for (size_t strip = 0; strip < num_strips; ++strip) {
+        low[strip] = high[strip] = cells[strip];
+        sum[strip] = static_cast<double>(cells[strip]);
+    }
+    for (size_t k = 1; k < num_samples; ++k) {
+        const float *values = cells + k * num_strips;
+        for (size_t strip = 0; strip < num_strips; ++strip) {
+            low[strip] = values[strip] < low[strip] ? values[strip] : low[strip];
+            high[strip] = values[strip] > high[strip] ? values[strip] : high[strip];
+        }
+        for (size_t strip = 0; strip < num_strips; ++strip) sum[strip] += static_cast<double>(values[strip]);
+    }
+}
+
 }  // namespace
 
 nb::object sample_rays(nb::handle inverse_depth, nb::handle axes_rows, nb::handle slopes, nb::handle bearings,
@@ -147,7 +184,7 @@ nb::object sample_rays(nb::handle inverse_depth, nb::handle axes_rows, nb::handl
     Output<float> sampled({num_rows, num_columns});
     {
         nb::gil_scoped_release release;
-        Sampler sampler(image, axes, slope, bearing, view);
+        const Sampler sampler(image, axes, slope, floats_of(bearing), view);
         for (size_t row = 0; row < num_rows; ++row) sampler.sample(row, sampled.data() + row * num_columns);
     }
     return sampled.object();
@@ -169,14 +206,30 @@ nb::object sample_strips(nb::handle inverse_depth, nb::handle axes_rows, nb::han
     Output<double> averaged({num_rows, num_strips});
     {
         nb::gil_scoped_release release;
-        Sampler sampler(image, axes, slope, bearing, view);
-        std::vector<float> cells(num_columns + 1);
+        // The first sample of all strips, then the second of all, and so on.
+        const size_t per_strip = static_cast<size_t>(num_samples);
+        const float most = static_cast<float>(spread);
+        std::vector<float> ordered(num_columns);
+        for (size_t i = 0; i < num_columns; ++i)
+            ordered[i % per_strip * num_strips + i / per_strip] = static_cast<float>(bearing[i]);
+        const Sampler sampler(image, axes, slope, std::move(ordered), view);
+        std::vector<float> cells(num_columns + 1), low(num_strips), high(num_strips), strip_cells(per_strip);
+        std::vector<double> sum(num_strips);
+        const bool may_be_plain = num_samples >= min_valid && num_samples >= min_near;
         for (size_t row = 0; row < num_rows; ++row) {
             sampler.sample(row, cells.data());
-            for (size_t strip = 0; strip < num_strips; ++strip)
-                averaged[row * num_strips + strip] =
-                    mean_near_median(&cells[strip * static_cast<size_t>(num_samples)], num_samples,
-                                     static_cast<float>(spread), min_valid, min_near);
+            sum_samples(cells.data(), per_strip, num_strips, low.data(), high.data(), sum.data());
+            double *out = averaged.data() + row * num_strips;
+            for (size_t strip = 0; strip < num_strips; ++strip) {
+                if (high[strip] == 0.0f) continue;
+                // On one surface, the usual case, all are near their median, whichever it is: they need no order.
+                if (may_be_plain && low[strip] > 0.0f && high[strip] - low[strip] < most * low[strip]) {
+                    out[strip] = sum[strip] / static_cast<double>(num_samples);
+                    continue;
+                }
+                for (size_t k = 0; k < per_strip; ++k) strip_cells[k] = cells[k * num_strips + strip];
+                out[strip] = mean_near_median(strip_cells.data(), num_samples, most, min_valid, min_near);
+            }
         }
     }
     return averaged.object();
