@@ -16,13 +16,17 @@ from stairmap.kernels import (
     choice,
     corners,
     counts,
+    equations,
     grounds,
     images,
     lattices,
     normals,
+    outlines,
     planes,
+    predictions,
     row_ends,
     sampling,
+    section_fits,
 )
 
 VIEW = sampling.SamplingView(60.0, 60.0, 20.0, 15.0, 0.03, 1e-3)
@@ -225,3 +229,36 @@ def test_ledges_of_any_rays(compiled: ModuleType, seed: int, size: tuple[int, in
         0.05, 0.02, 4.0, 0.1, 0.04, 0.04, 8, 5, 6, 3, 3, 1.5, 3.5, 3, 0.7, 0.4, 0.05
     )  # fmt: skip
     compare(compiled, grounds.find_ledges, crossing, height, 0.6, limits)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=SEEDS, num_steps=st.integers(1, 7), direction=st.sampled_from([1.0, -1.0]), is_open=st.booleans())
+def test_sections_of_any_rays(
+    compiled: ModuleType, seed: int, num_steps: int, direction: float, *, is_open: bool
+) -> None:
+    random = np.random.default_rng(seed)
+    height = -0.4 if direction > 0 else -1.5
+    start = np.array([2.0, height, 0.28 * direction, 0.17, 0.0, 0.035, 0, 0, 0, 0.2, 0, 0, 0])
+    start[[0, 1, 4, 6]] += random.normal(0, [0.02, 0.02, 0.01, 0.01])
+    places = random.normal(0, 0.003, 2 * num_steps + 1)
+    section = outlines.SectionLimits(0.1, 0.5, 1e-3, 1e-9, 0.004)
+    edges = predictions.EdgeOptics(0.004, 0.0015, 0.2, 0.002, 0.1, 0.02, 6.0, 3.0)
+    kinds = predictions.PieceKinds(outlines.BEHIND, outlines.TREAD, outlines.UNDERSIDE)
+    distances, heights, shape = section_fits._section_of(start, places)
+    slope = np.sort(random.uniform(-1.2, 0.6, 400))
+    outline = outlines.trace_outline(distances, heights, shape, is_open and direction > 0, section)
+    seen = predictions.predict_rays(outline, slope, edges, kinds, False)[2]
+    q = seen + random.normal(0, 0.002, len(slope))
+    q[random.random(len(q)) < 0.2] *= 1.3
+    rays = slope, random.uniform(-0.4, 0.4, len(slope)), np.maximum(q, 1e-3)
+    mean, std = np.zeros(13), np.full(13, np.inf)
+    std[4:] = [0.03, 0.01, 0.02, 0.02, 0.01, 2.0, 0.01, 0.01, 0.1]
+    counted = equations.EquationLimits(
+        0.002, 1e-4, 0.04, 0.04, 0.1, 6.0, 40, 1.4826, 2.25e-6, 2.0, 6.0, 0.004
+    )
+    limits = section_fits.FitLimits(
+        0.002, 100_000, 0.004, 0.008, 1.0, 0.006, 2.0, 0.004, 1.0, 0.9, 0.6, 2.0, 0.5, 0.43
+    )
+    rounds = np.array([0.03, 0.01, 0.0][: int(random.integers(1, 4))]), int(random.integers(0, 3)), 0.002
+    args = (rays, (start, places), (mean, std), rounds, is_open and direction > 0)
+    compare(compiled, section_fits.fit_section, *args, edges, kinds, section, counted, limits)

@@ -11,24 +11,43 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Vector, readonly
 from stairmap.detection.elevation import Elevation
-from stairmap.detection.profile import MIN_FORWARD, Optics, Prediction, StairProfile, outline_of, tabulate
+from stairmap.detection.profile import (
+    MIN_FORWARD,
+    PIECE_KINDS,
+    ROWS_PER_ENTRY,
+    Optics,
+    Prediction,
+    StairProfile,
+    edge_optics,
+    outline_of,
+    section_limits,
+    tabulate,
+)
 from stairmap.geometry import normalized
-from stairmap.kernels import sum_equations, turn_rays
-from stairmap.kernels.equations import EquationLimits, RayArrays, RayView
-
-REGULAR = ("distance", "height", "run", "rise", "overhang", "thickness", "rake", "ground", "slope")
-"""The values of a regular profile in the order of the equations; the shift of edges follows."""
-
-SHIFT = len(REGULAR)
-"""Place of the shift of edges in the equations; tilt, roll and turn follow, then the steps' own places."""
-
-TILT, ROLL, TURN, OFFSETS = SHIFT + 1, SHIFT + 2, SHIFT + 3, SHIFT + 4
+from stairmap.kernels import fit_section, turn_rays
+from stairmap.kernels.equations import EquationLimits, RayArrays
+from stairmap.kernels.section_fits import (
+    DISTANCE,
+    GROUND,
+    HEIGHT,
+    NUM_VALUES,
+    OVERHANG,
+    RAKE,
+    RISE,
+    ROLL,
+    RUN,
+    SHIFT,
+    SLOPE,
+    THICKNESS,
+    TILT,
+    TURN,
+    FitLimits,
+)
 
 OVERHANG_STD = 0.03
 """Codes allow overhangs of up to 32 mm (IBC), m."""
@@ -112,6 +131,13 @@ ABOVE_LAST = 0.6
 
 MIN_RAYS = 40
 """Fewest rays near the profile for a fit."""
+
+MAX_CHANGE, MAX_MOVE, MAX_ANGLE = 2.0, 0.5, np.radians(25.0)
+"""A fit that changes run or rise by a larger factor than the first, moves the stairs by more than the second
+in runs, or turns the axes by more than the third, rad, has run away."""
+
+MAX_ENTRIES = 100_000
+"""Slopes at which rays are predicted at most: only a fit that runs away asks for more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -253,240 +279,121 @@ def fit_profile(
     The fitted profile, or ``None`` when too few rays lie near it or the equations break down.
     """
     noise = max(noise, MIN_NOISE)
-    state = _State(profile=start, optics=optics, angles=np.zeros(3), noise=noise)
+    begun = optics.shift, 0.0, 0.0, 0.0, noise
     rounds: tuple[float, ...] = COARSE_STDS
+    known = optics
     if around is not None:
-        angles = np.array([around.tilt, around.roll, around.turn])
-        state = _State(profile=start, optics=around.optics, angles=angles, noise=around.noise)
+        known = around.optics
+        begun = known.shift, around.tilt, around.roll, around.turn, around.noise
         rounds = COARSE_STDS[-1:]
+    shape = start.overhang, start.thickness, start.rake, start.ground, start.slope
+    values = np.array([start.distance, start.height, start.run, start.rise, *shape, *begun[:4]])
     num_coarse = len(rounds)
-    if not is_coarse:
-        rounds = (*rounds, *FINE_STDS)
-    prior = _Prior(start, optics.shift, up_std)
-    for number, coarse in enumerate(rounds):
-        sums = _sum_rays(rays, state, noise, coarse, is_fine=number >= num_coarse)
-        state = replace(state, noise=sums.noise)
-        if sums.num_rays < MIN_RAYS:
-            return None
-        matrix, gradient = prior.added(sums.matrix, sums.vector, state)
-        try:
-            change = -np.asarray(np.linalg.solve(matrix, gradient), dtype=np.float64)
-        except np.linalg.LinAlgError:
-            return None
-        state = state.moved(change)
-        if not state.is_sane(start):
-            return None
-    result = _result(state, matrix, optics.shift, sums.cost)
+    all_rounds = np.array(rounds if is_coarse else (*rounds, *FINE_STDS))
+    min_extent = known.smoothing * known.row_size
+    is_found, values, places, seen_noise, cost, covariance = fit_section(
+        rays.arrays,
+        (values, np.ascontiguousarray(start.offsets)),
+        _prior(start, optics.shift, up_std),
+        (all_rounds, num_coarse, begun[4]),
+        start.is_open,
+        edge_optics(known),
+        PIECE_KINDS,
+        section_limits(min_extent),
+        _EQUATIONS._replace(
+            told_noise=noise,
+            least_noise=noise / MAX_NOISE_FACTOR,
+            most_noise=noise * MAX_NOISE_FACTOR,
+        ),
+        _LIMITS._replace(spacing=ROWS_PER_ENTRY * known.row_size),
+    )
+    if not is_found:
+        return None
+    result = _result(start, known, values, places, covariance, optics.shift, noise=seen_noise, cost=cost)
     return result if (np.diag(result.covariance) > 0).all() else None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _State:
-    """All that a round changes."""
+_EQUATIONS = EquationLimits(
+    told_noise=math.nan,
+    least_noise=math.nan,
+    most_noise=math.nan,
+    band=NOISE_BAND,
+    plain_share=PLAIN_SHARE,
+    band_sigma=NOISE_BAND_SIGMA,
+    min_rays=MIN_RAYS,
+    sigma_of_median=SIGMA_OF_MEDIAN,
+    surface_variance=SURFACE_STD**2,
+    tail=TAIL,
+    rays_per_sample=RAYS_PER_SAMPLE,
+    cost_std=COARSE_STDS[-1],
+)
+"""What decides how rays count; the noise is that of a frame."""
 
-    profile: StairProfile
-    optics: Optics
-    angles: Float64Array
-    noise: float
-
-    def moved(self, change: Float64Array) -> _State:
-        profile, optics = self.profile, self.optics
-        step = change[:OFFSETS].tolist()
-        own = change[OFFSETS:]
-        return _State(
-            profile=StairProfile(
-                distance=profile.distance + step[0],
-                height=profile.height + step[1],
-                run=profile.run + step[2],
-                rise=profile.rise + step[3],
-                num_steps=profile.num_steps,
-                overhang=profile.overhang + step[4],
-                thickness=profile.thickness + step[5],
-                is_open=profile.is_open,
-                rake=profile.rake + step[6],
-                ground=profile.ground + step[7],
-                slope=profile.slope + step[8],
-                offsets=profile.offsets + own if len(own) else profile.offsets,
-            ),
-            optics=Optics(
-                row_size=optics.row_size, smoothing=optics.smoothing, shift=optics.shift + step[SHIFT]
-            ),
-            angles=self.angles + change[TILT:OFFSETS],
-            noise=self.noise,
-        )
-
-    def values(self) -> Float64Array:
-        """(OFFSETS,) values of a regular profile, the shift and the angles, in the order of the equations."""
-        p = self.profile
-        regular = p.distance, p.height, p.run, p.rise, p.overhang, p.thickness, p.rake, p.ground, p.slope
-        return np.array([*regular, self.optics.shift, *self.angles.tolist()])
-
-    def is_sane(self, start: StairProfile) -> bool:
-        """Whether the fit has not run away from where it began."""
-        profile = self.profile
-        return bool(
-            np.isfinite(profile.distance + profile.height + self.optics.shift)
-            and 0.5 < profile.run / start.run < 2.0
-            and 0.5 < profile.rise / start.rise < 2.0
-            and abs(profile.distance - start.distance) < 0.5 * abs(start.run)
-            and np.abs(self.angles).max() < np.radians(25.0)
-        )
+_LIMITS = FitLimits(
+    spacing=math.nan,
+    max_entries=MAX_ENTRIES,
+    irregularity=STEP_IRREGULARITY,
+    floor_irregularity=FLOOR_IRREGULARITY,
+    step_tail=STEP_TAIL,
+    place_std=STEP_PLACE_STD,
+    tail=TAIL,
+    back_rake_std=BACK_RAKE_STD,
+    floor_before=FLOOR_BEFORE,
+    level_behind=LEVEL_BEHIND,
+    above_last=ABOVE_LAST,
+    max_change=MAX_CHANGE,
+    max_move=MAX_MOVE,
+    max_angle=float(MAX_ANGLE),
+)
+"""What holds steps together, and how far a fit may go from where it began; the spacing is a camera's."""
 
 
-class _Prior:
-    """What is known of stairs, sensors and axes before a ray is seen."""
-
-    def __init__(self, start: StairProfile, known_shift: float, up_std: float) -> None:
-        self.mean = np.zeros(OFFSETS)
-        self.std = np.full(OFFSETS, np.inf)
-        for name, mean, std in (
-            ("overhang", 0.0, OVERHANG_STD),
-            ("thickness", start.thickness, THICKNESS_STD),
-            ("rake", 0.0, RAKE_STD),
-            ("ground", start.ground, GROUND_STD),
-            ("slope", 0.0, SLOPE_STD),
-        ):
-            self.mean[REGULAR.index(name)], self.std[REGULAR.index(name)] = mean, std
-        self.mean[SHIFT], self.std[SHIFT] = known_shift, EDGE_SHIFT_STD
-        self.std[[TILT, ROLL]], self.std[TURN] = up_std, TURN_STD
-        self.differences = _neighbours(start.num_steps)
-        self.irregularity = np.full(len(self.differences), STEP_IRREGULARITY)
-        self.irregularity[start.num_steps - 1] = FLOOR_IRREGULARITY
-
-    def added(
-        self, matrix: Float64Array, gradient: Float64Array, state: _State
-    ) -> tuple[Float64Array, Float64Array]:
-        """The equations with the prior's part."""
-        size = len(matrix)
-        std = self.std
-        if state.profile.rake < 0:
-            std = std.copy()
-            std[REGULAR.index("rake")] = BACK_RAKE_STD
-        information = 1.0 / std**2
-        total, vector = matrix.copy(), gradient.copy()
-        total.ravel()[: OFFSETS * (size + 1) : size + 1] += information
-        vector[:OFFSETS] += information * (state.values() - self.mean)
-        if size > OFFSETS:
-            offsets = state.profile.offsets
-            off = self.differences @ offsets / self.irregularity
-            weight = 1.0 / ((1.0 + (off / STEP_TAIL) ** 2) * self.irregularity**2)
-            own = (self.differences.T * weight) @ self.differences
-            place = 1.0 / (STEP_PLACE_STD**2 + (offsets / TAIL) ** 2)
-            # The floor is no step.
-            place[state.profile.num_steps] = 0.0
-            own.ravel()[:: len(own) + 1] += place
-            total[OFFSETS:, OFFSETS:] += own
-            vector[OFFSETS:] += own @ offsets
-        return total, vector
+def _prior(start: StairProfile, known_shift: float, up_std: float) -> tuple[Float64Array, Float64Array]:
+    """What is known of stairs, sensors and axes before a ray is seen: means and standard deviations."""
+    means, stds = np.zeros(NUM_VALUES), np.full(NUM_VALUES, np.inf)
+    means[THICKNESS], means[GROUND], means[SHIFT] = start.thickness, start.ground, known_shift
+    stds[OVERHANG], stds[THICKNESS], stds[RAKE] = OVERHANG_STD, THICKNESS_STD, RAKE_STD
+    stds[GROUND], stds[SLOPE], stds[SHIFT] = GROUND_STD, SLOPE_STD, EDGE_SHIFT_STD
+    stds[TILT] = stds[ROLL] = up_std
+    stds[TURN] = TURN_STD
+    return means, stds
 
 
-@lru_cache(maxsize=128)
-def _neighbours(num_steps: int) -> Float64Array:
-    """(D, 2 * num_steps + 1) differences between neighbours in ``StairProfile.offsets``: of nosings, then of
-    treads."""
-    n = num_steps
-    differences = np.zeros((2 * n - 1, 2 * n + 1))
-    differences[: n - 1, :n] = np.diff(np.eye(n), axis=0)
-    differences[n - 1 :, n:] = np.diff(np.eye(n + 1), axis=0)
-    return readonly(differences)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Sums:
-    """What the rays say in a round: their noise, robust number, equations without the prior, and cost."""
-
-    noise: float
-    num_rays: float
-    matrix: Float64Array
-    vector: Float64Array
-    cost: float
-
-
-def _sum_rays(rays: Rays, state: _State, told_noise: float, coarse: float, *, is_fine: bool) -> _Sums:
-    """Compare rays with a profile's predictions at every half row."""
-    low, high = _slope_range(state.profile)
-    outline = outline_of(state.profile, min_extent=state.optics.smoothing * state.optics.row_size)
-    predicted = tabulate(outline, state.optics, low, high, has_gradient=True)
-    limits = EquationLimits(
-        told_noise=told_noise,
-        least_noise=told_noise / MAX_NOISE_FACTOR,
-        most_noise=told_noise * MAX_NOISE_FACTOR,
-        band=NOISE_BAND,
-        plain_share=PLAIN_SHARE,
-        band_sigma=NOISE_BAND_SIGMA,
-        min_rays=MIN_RAYS,
-        sigma_of_median=SIGMA_OF_MEDIAN,
-        surface_variance=SURFACE_STD**2 + coarse**2,
-        tail=TAIL,
-        rays_per_sample=RAYS_PER_SAMPLE,
-        cost_std=COARSE_STDS[-1],
+def _result(
+    start: StairProfile,
+    known: Optics,
+    values: Float64Array,
+    places: Float64Array,
+    full: Float64Array,
+    known_shift: float,
+    *,
+    noise: float,
+    cost: float,
+) -> FittedProfile:
+    distance, height, run, rise, overhang, thickness, rake, ground, slope, shift, tilt, roll, turn = (
+        values.tolist()
     )
-    tilt, roll, turn = state.angles.tolist()
-    noise, num_rays, matrix, vector, cost = sum_equations(
-        rays.arrays,
-        RayView(tilt, roll, turn, low, high),
-        predicted.table,
-        predicted.gradient,
-        limits,
-    )
-    chain = _chain(state.profile.num_steps, is_fine=is_fine)
-    return _Sums(
-        noise=noise, num_rays=num_rays, matrix=chain.T @ matrix @ chain, vector=chain.T @ vector, cost=cost
-    )
-
-
-@lru_cache(maxsize=128)
-def _chain(num_steps: int, *, is_fine: bool) -> Float64Array:
-    """(M + 4, P) derivatives of an outline's values, shift, tilt, roll and turn by those of the equations."""
-    n = num_steps
-    chain = np.zeros((2 * n + 10, OFFSETS + 2 * n + 1))
-    nosing, level = np.arange(n), n + np.arange(n + 1)
-    chain[nosing, REGULAR.index("distance")] = 1.0
-    chain[nosing, REGULAR.index("run")] = np.arange(n)
-    chain[level, REGULAR.index("height")] = 1.0
-    chain[level, REGULAR.index("rise")] = np.arange(-1, n)
-    for place, name in enumerate(("overhang", "thickness", "rake", "ground", "slope")):
-        chain[2 * n + 1 + place, REGULAR.index(name)] = 1.0
-    chain[np.arange(2 * n + 1), OFFSETS + np.arange(2 * n + 1)] = 1.0
-    chain[2 * n + 6 + np.arange(4), [SHIFT, TILT, ROLL, TURN]] = 1.0
-    return readonly(chain if is_fine else chain[:, :OFFSETS])
-
-
-def _slope_range(profile: StairProfile) -> tuple[float, float]:
-    """Slopes between which rays are fitted: from a piece of floor before the stairs to the level behind."""
-    run, last, own = abs(profile.run), profile.num_steps - 1, profile.offsets
-    first_s = max(profile.distance + float(own[0]), MIN_FORWARD)
-    last_s = max(profile.distance + profile.run * last + float(own[last]), MIN_FORWARD)
-    floor = profile.height - profile.rise + float(own[last + 1])
-    top = profile.height + profile.rise * last + float(own[-1])
-    if profile.run > 0:
-        low = floor / max(first_s - FLOOR_BEFORE * run, MIN_FORWARD)
-        if top < 0:
-            return low, top / (last_s + LEVEL_BEHIND * run)
-        return low, (top + ABOVE_LAST * profile.rise) / last_s
-    return top / max(last_s - FLOOR_BEFORE * run, MIN_FORWARD), floor / (first_s + LEVEL_BEHIND * run)
-
-
-def _result(state: _State, matrix: Float64Array, known_shift: float, cost: float) -> FittedProfile:
-    profile = state.profile
-    full = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
+    profile = StairProfile(
+        distance=distance, height=height, run=run, rise=rise, num_steps=start.num_steps, overhang=overhang,
+        thickness=thickness, is_open=start.is_open, rake=rake, ground=ground, slope=slope, offsets=places,
+    )  # fmt: skip
     n = profile.num_steps
     own = np.full(2 * n + 1, np.nan)
-    own[: len(full) - OFFSETS] = np.sqrt(np.maximum(np.diag(full)[OFFSETS:], 0.0))
+    own[: len(full) - NUM_VALUES] = np.sqrt(np.maximum(np.diag(full)[NUM_VALUES:], 0.0))
     # A front lower than what the sensor blends hardly shows: the overhang is then no better known than that.
-    optics, near = state.optics, max(float(profile.nosing_distances.min()), MIN_FORWARD)
-    blended = BLENDED_SHARE * optics.smoothing * optics.row_size * near
+    near = max(float(profile.nosing_distances.min()), MIN_FORWARD)
+    blended = BLENDED_SHARE * known.smoothing * known.row_size * near
     return FittedProfile(
         profile=profile,
-        tilt=float(state.angles[0]),
-        roll=float(state.angles[1]),
-        turn=float(state.angles[2]),
-        optics=state.optics,
-        noise=state.noise,
+        tilt=tilt,
+        roll=roll,
+        turn=turn,
+        optics=Optics(row_size=known.row_size, smoothing=known.smoothing, shift=shift),
+        noise=noise,
         covariance=full[_COVARIANCE_ROWS, _COVARIANCE_ROWS.T],
         step_std=np.stack([own[:n], own[n + 1 :]], axis=1),
-        overhang_std=float(math.hypot(math.sqrt(max(full[_OVERHANG, _OVERHANG], 0.0)), blended)),
-        rise_information=_rise_information(full, profile.rise, state.optics.shift - known_shift),
+        overhang_std=float(math.hypot(math.sqrt(max(full[OVERHANG, OVERHANG], 0.0)), blended)),
+        rise_information=_rise_information(full, rise, shift - known_shift),
         cost=cost,
     )
 
@@ -494,7 +401,7 @@ def _result(state: _State, matrix: Float64Array, known_shift: float, cost: float
 def _rise_information(covariance: Float64Array, rise: float, shift: float) -> Float64Array:
     """Information on rise and shift together without the shift's prior, and its product with the estimate."""
     rise_variance, both, shift_variance = (
-        float(covariance[i, j]) for i, j in ((_RISE, _RISE), (_RISE, SHIFT), (SHIFT, SHIFT))
+        float(covariance[i, j]) for i, j in ((RISE, RISE), (RISE, SHIFT), (SHIFT, SHIFT))
     )
     determinant = rise_variance * shift_variance - both * both
     known = shift_variance / determinant
@@ -506,11 +413,7 @@ def _rise_information(covariance: Float64Array, rise: float, shift: float) -> Fl
     return np.array([[known, mixed, product[0]], [mixed, of_shift, product[1]]])
 
 
-_RISE, _OVERHANG = REGULAR.index("rise"), REGULAR.index("overhang")
-
-_COVARIANCE_ROWS = np.array(
-    [*(REGULAR.index(name) for name in ("rise", "run", "distance", "height")), TILT, TURN]
-)[:, None]
+_COVARIANCE_ROWS = np.array([RISE, RUN, DISTANCE, HEIGHT, TILT, TURN])[:, None]
 
 
 def turned_rays(rays: Rays, fitted: FittedProfile) -> Rays:

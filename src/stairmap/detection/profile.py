@@ -198,11 +198,16 @@ def outline_of(profile: StairProfile, *, min_extent: float = LEAST_EXTENT) -> Ou
             profile.run, profile.overhang, profile.thickness, profile.rake, profile.ground, profile.slope
         ),
         profile.is_open,
-        SectionLimits(MIN_FORWARD, BEHIND_SHARE, LEAST_LEVEL, LEAST_EXTENT, min_extent),
+        section_limits(min_extent),
     )
     return Outline(
         surface=surface, step=step, line=line, top=top, line_gradient=line_gradient, top_gradient=top_gradient
     )
+
+
+def section_limits(min_extent: float) -> SectionLimits:
+    """How a section is seen, level surfaces over a smaller range of slopes than this left out."""
+    return SectionLimits(MIN_FORWARD, BEHIND_SHARE, LEAST_LEVEL, LEAST_EXTENT, min_extent)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -302,7 +307,22 @@ def predict(
         Whether derivatives are wanted.
     """
     slopes = np.ascontiguousarray(slopes, dtype=np.float64)
-    edges = EdgeOptics(
+    surface, step, q, by_slope, sensitivity, edge_spread, farthest, gradient = predict_rays(
+        outline.arrays, slopes, edge_optics(optics), PIECE_KINDS, has_gradient
+    )
+    return Prediction(
+        slope=slopes, surface=surface, step=step, inverse_distance=q, by_slope=by_slope,
+        sensitivity=sensitivity, edge_spread=edge_spread, farthest=farthest, gradient=gradient,
+    )  # fmt: skip
+
+
+PIECE_KINDS = PieceKinds(int(Surface.BEHIND), int(Surface.TREAD), int(Surface.UNDERSIDE))
+"""Which surfaces are unknown, and which level, as kernels take them."""
+
+
+def edge_optics(optics: Optics) -> EdgeOptics:
+    """How borders are blended, as kernels take it."""
+    return EdgeOptics(
         row_size=optics.row_size,
         width=max(optics.smoothing * LOGISTIC_WIDTH, LEAST_SMOOTHING) * optics.row_size,
         shift=optics.shift,
@@ -312,13 +332,3 @@ def predict(
         max_offset=MAX_OFFSET,
         near_offset=NEAR_OFFSET,
     )
-    surface, step, q, by_slope, sensitivity, edge_spread, farthest, gradient = predict_rays(
-        outline.arrays, slopes, edges, _KINDS, has_gradient
-    )
-    return Prediction(
-        slope=slopes, surface=surface, step=step, inverse_distance=q, by_slope=by_slope,
-        sensitivity=sensitivity, edge_spread=edge_spread, farthest=farthest, gradient=gradient,
-    )  # fmt: skip
-
-
-_KINDS = PieceKinds(int(Surface.BEHIND), int(Surface.TREAD), int(Surface.UNDERSIDE))

@@ -9,7 +9,6 @@ from __future__ import annotations
 from stairmap.kernels import (
     corners,
     counts,
-    equations,
     grounds,
     images,
     lattices,
@@ -19,6 +18,7 @@ from stairmap.kernels import (
     predictions,
     row_ends,
     sampling,
+    section_fits,
 )
 from stairmap.kernels.choice import VARIANT, chosen, describe_kernels
 
@@ -35,6 +35,7 @@ __all__ = [
     "find_ledges",
     "find_row_ends",
     "fit_ground",
+    "fit_section",
     "fit_window_planes",
     "label_close",
     "measure_jumps",
@@ -44,7 +45,6 @@ __all__ = [
     "sample_rays",
     "sample_strips",
     "score_lattices",
-    "sum_equations",
     "sum_normals",
     "trace_outline",
     "turn_rays",
@@ -65,7 +65,6 @@ label_close = chosen(lattices.label_close)
 score_lattices = chosen(lattices.score_lattices)
 trace_outline = chosen(outlines.trace_outline)
 predict_rays = chosen(predictions.predict_rays)
-sum_equations = chosen(equations.sum_equations)
 turn_rays = chosen(counts.turn_rays)
 count_rays = chosen(counts.count_rays)
 count_continuations = chosen(counts.count_continuations)
@@ -73,3 +72,4 @@ compare_with_line = chosen(counts.compare_with_line)
 find_row_ends = chosen(row_ends.find_row_ends)
 fit_ground = chosen(grounds.fit_ground)
 find_ledges = chosen(grounds.find_ledges)
+fit_section = chosen(section_fits.fit_section)

@@ -15,8 +15,11 @@ nb::tuple trace_outline(nb::handle distances, nb::handle heights, const std::arr
 nb::tuple predict_rays(nb::tuple outline, nb::handle slopes, const std::array<double, 8> &edges,
                        const std::array<int64_t, 3> &kinds, bool has_gradient);
 
-nb::tuple sum_equations(nb::tuple rays, const std::array<double, 5> &view, nb::tuple table, nb::handle gradients,
-                        const std::array<double, 12> &limits);
+nb::tuple fit_section(nb::tuple rays, nb::tuple start, nb::tuple prior, nb::tuple rounds, bool is_open,
+                      const std::array<double, 8> &edges, const std::array<int64_t, 3> &kinds,
+                      const std::array<double, 5> &section, const std::array<double, 12> &equations,
+                      const std::tuple<double, int64_t, double, double, double, double, double, double, double, double,
+                                       double, double, double, double> &limits);
 
 nb::object sample_rays(nb::handle inverse_depth, nb::handle axes, nb::handle slope, nb::handle bearing,
                        const std::array<double, 6> &view);

@@ -12,7 +12,8 @@ NB_MODULE(_compiled, module) {
                "limits"_a);
     module.def("predict_rays", &stairmap::predict_rays, "outline"_a, "slopes"_a, "edges"_a, "kinds"_a,
                "has_gradient"_a);
-    module.def("sum_equations", &stairmap::sum_equations, "rays"_a, "view"_a, "table"_a, "gradients"_a, "limits"_a);
+    module.def("fit_section", &stairmap::fit_section, "rays"_a, "start"_a, "prior"_a, "rounds"_a, "is_open"_a,
+               "edges"_a, "kinds"_a, "section"_a, "equations"_a, "limits"_a);
     module.def("sample_rays", &stairmap::sample_rays, "inverse_depth"_a, "axes"_a, "slope"_a, "bearing"_a, "view"_a);
     module.def("sample_strips", &stairmap::sample_strips, "inverse_depth"_a, "axes"_a, "slope"_a, "bearing"_a,
                "view"_a, "means"_a);

@@ -1,4 +1,6 @@
 // What is seen of a section of stairs: straight pieces in inverse forward distance, with their derivatives.
+#include "section.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -92,7 +94,7 @@ class Pieces {
         end[TREAD] = p.z[0] < 0 ? p.z[0] / (near(0) - p.run) : -INF;
     }
 
-    nb::tuple visible() {
+    Outline visible() {
         const bool ascends = p.run > 0;
         std::vector<size_t> order;
         for (size_t i = 0; i <= p.n; ++i)
@@ -113,32 +115,33 @@ class Pieces {
             std::copy_n(&end_gradient[at * num_values], num_values, &end_gradient[(at - 1) * num_values]);
         }
         size_t count = 1;
-        for (bool seen : is_seen) count += seen;
-        Output<int64_t> surfaces({count}), steps({count});
-        Output<double> lines({count, 2}), tops({count});
-        Output<double> line_gradients({count, 2, num_values}), top_gradients({count, num_values});
+        for (bool is_one : is_seen) count += is_one;
+        Outline seen;
+        seen.num_values = num_values;
+        seen.surface.resize(count), seen.step.resize(count), seen.line.resize(2 * count), seen.top.resize(count);
+        seen.line_gradient.assign(2 * count * num_values, 0.0);
+        seen.top_gradient.assign(count * num_values, 0.0);
         size_t out = 0;
         for (size_t i = 0; i < order.size(); ++i) {
             if (!is_seen[i]) continue;
             const size_t at = order[i];
-            surfaces[out] = surface[at];
-            steps[out] = static_cast<int64_t>(at / 4) - 1;
-            std::copy_n(&line[2 * at], 2, lines.data() + 2 * out);
-            tops[out] = end[at];
+            seen.surface[out] = surface[at];
+            seen.step[out] = static_cast<int64_t>(at / 4) - 1;
+            std::copy_n(&line[2 * at], 2, &seen.line[2 * out]);
+            seen.top[out] = end[at];
             std::copy_n(&line_gradient[2 * at * num_values], 2 * num_values,
-                        line_gradients.data() + 2 * out * num_values);
-            std::copy_n(&end_gradient[at * num_values], num_values, top_gradients.data() + out * num_values);
+                        &seen.line_gradient[2 * out * num_values]);
+            std::copy_n(&end_gradient[at * num_values], num_values, &seen.top_gradient[out * num_values]);
             ++out;
         }
         const size_t last = ascends ? p.n - 1 : 0;
-        surfaces[out] = BEHIND;
-        steps[out] = static_cast<int64_t>(last);
-        lines[2 * out] = 1.0 / (near(last) + p.behind_share * std::abs(p.run));
+        seen.surface[out] = BEHIND;
+        seen.step[out] = static_cast<int64_t>(last);
+        seen.line[2 * out] = 1.0 / (near(last) + p.behind_share * std::abs(p.run));
         // The last level seen goes on for as long as nothing is known of its end.
-        if (out > 0 && surfaces[out - 1] == TREAD) std::copy_n(lines.data() + 2 * out - 2, 2, lines.data() + 2 * out);
-        tops[out] = INF;
-        return nb::make_tuple(surfaces.object(), steps.object(), lines.object(), tops.object(),
-                              line_gradients.object(), top_gradients.object());
+        if (out > 0 && seen.surface[out - 1] == TREAD) std::copy_n(&seen.line[2 * out - 2], 2, &seen.line[2 * out]);
+        seen.top[out] = INF;
+        return seen;
     }
 
   private:
@@ -215,16 +218,33 @@ class Pieces {
 
 }  // namespace
 
+Outline outline_of(const double *distances, const double *heights, size_t n, const std::array<double, 6> &shape,
+                   bool is_open, const std::array<double, 5> &limits) {
+    const Section section{distances, heights, n, shape[0], shape[1], shape[2], shape[3], shape[4], shape[5],
+                          is_open, limits[0], limits[1], limits[2], limits[3], limits[4]};
+    Pieces pieces(section);
+    section.run > 0 ? pieces.add_ascending() : pieces.add_descending();
+    return pieces.visible();
+}
+
 nb::tuple trace_outline(nb::handle distances, nb::handle heights, const std::array<double, 6> &shape,
                         bool is_open, const std::array<double, 5> &limits) {
     Input<double, 1> s(distances, "distances"), z(heights, "heights");
     if (s.size() == 0) refuse("distances: expected at least one nosing, got none");
     check_length(z, "heights", s.size() + 1);
-    const Section section{s.data(), z.data(), s.size(), shape[0], shape[1], shape[2], shape[3], shape[4],
-                          shape[5], is_open, limits[0], limits[1], limits[2], limits[3], limits[4]};
-    Pieces pieces(section);
-    section.run > 0 ? pieces.add_ascending() : pieces.add_descending();
-    return pieces.visible();
+    const Outline outline = outline_of(s.data(), z.data(), s.size(), shape, is_open, limits);
+    const size_t count = outline.surface.size();
+    Output<int64_t> surface({count}), step({count});
+    Output<double> line({count, 2}), top({count});
+    Output<double> line_gradient({count, 2, outline.num_values}), top_gradient({count, outline.num_values});
+    std::copy(outline.surface.begin(), outline.surface.end(), surface.data());
+    std::copy(outline.step.begin(), outline.step.end(), step.data());
+    std::copy(outline.line.begin(), outline.line.end(), line.data());
+    std::copy(outline.top.begin(), outline.top.end(), top.data());
+    std::copy(outline.line_gradient.begin(), outline.line_gradient.end(), line_gradient.data());
+    std::copy(outline.top_gradient.begin(), outline.top_gradient.end(), top_gradient.data());
+    return nb::make_tuple(surface.object(), step.object(), line.object(), top.object(), line_gradient.object(),
+                          top_gradient.object());
 }
 
 }  // namespace stairmap

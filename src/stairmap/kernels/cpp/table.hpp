@@ -1,9 +1,8 @@
 // A tabulated prediction: what evenly spaced slopes must see.
 #pragma once
 
-#include <cmath>
-
 #include "arrays.hpp"
+#include "section.hpp"
 
 namespace stairmap {
 
@@ -25,16 +24,12 @@ class Table {
 
     size_t size() const { return slope.size(); }
 
-    // The entry nearest to a slope.
-    size_t entry(double tau) const {
-        const double place = (tau - slope[0]) / spacing_, last = static_cast<double>(size() - 1);
-        if (size() < 2 || !(place > 0)) return 0;
-        // Without SSE 4.1, std::nearbyint is a call; this rounds halves to even numbers as well.
-        return place < last ? static_cast<size_t>(std::lrint(place)) : size() - 1;
+    TableView view() const {
+        return {size(),          spacing_,           slope.data(),  value.data(),
+                by_slope.data(), sensitivity.data(), spread.data(), farthest.data()};
     }
-
-    // Q of a slope near an entry: between edges it is straight.
-    double expected(double tau, size_t at) const { return value[at] + by_slope[at] * (tau - slope[at]); }
+    size_t entry(double tau) const { return view().entry(tau); }
+    double expected(double tau, size_t at) const { return view().expected(tau, at); }
 
     Input<double, 1> slope, value, by_slope, sensitivity, spread, farthest;
 
@@ -58,6 +53,7 @@ class Rays {
     }
 
     size_t size() const { return slope.size(); }
+    RaysView view() const { return {slope.size(), slope.data(), bearing.data(), q.data()}; }
 
     Input<double, 1> slope, bearing, q;
 
