@@ -28,3 +28,10 @@ def test_every_page_of_docs_is_in_the_index():
     assert [page.name for page in (ROOT / "docs").glob("*.md") if f"({page.name})" not in index] == [
         "index.md"
     ]
+
+
+def test_every_picture_is_shown_on_a_page_and_is_small():
+    pictures = sorted(path for path in (ROOT / "docs" / "images").iterdir())
+    text = "".join(page.read_text() for page in PAGES)
+    assert [path.name for path in pictures if path.name not in text] == []
+    assert [path.name for path in pictures if path.stat().st_size > 300_000] == []

@@ -86,6 +86,43 @@ def test_version_stands_in_one_place_and_files_that_must_repeat_it_agree() -> No
     for package in ("stairmap_ros", "stairmap_msgs"):
         text = (ROOT / "ros" / package / "package.xml").read_text()
         assert f"<version>{stairmap.__version__}</version>" in text, package
+    recipe = yaml.safe_load((ROOT / "packaging/conda-forge/recipe.yaml").read_text())
+    assert recipe["context"]["version"] == stairmap.__version__
+
+
+def test_conda_recipe_asks_for_the_same_packages() -> None:
+    recipe = yaml.safe_load((ROOT / "packaging/conda-forge/recipe.yaml").read_text())["requirements"]
+    called = {"opencv-python-headless": "py-opencv"}
+    expected = {called.get(requirement_name(item), requirement_name(item)): item.partition(">=")[2]
+                for item in PROJECT["project"]["dependencies"]}  # fmt: skip
+    found = {item.split()[0]: item.partition(">=")[2] for item in recipe["run"] if item != "python"}
+    assert found == expected
+    built = {item.split()[0]: item.partition(">=")[2] for item in recipe["host"] if ">=" in item}
+    assert built == {requirement_name(item): item.partition(">=")[2]
+                     for item in PROJECT["build-system"]["requires"]}  # fmt: skip
+
+
+def test_container_installs_extras_that_there_are_and_gives_up_rights() -> None:
+    text = (ROOT / "Dockerfile").read_text()
+    extras = re.search(r"^ARG EXTRAS=(\S+)$", text, re.M)
+    assert extras is not None and set(extras[1].split(",")) <= set(EXTRAS)
+    for name in ("Dockerfile", "ros/Dockerfile"):
+        assert re.search(r"^USER [1-9]\d*:", (ROOT / name).read_text(), re.M), name
+
+
+def test_ros_container_installs_what_the_packages_ask_for() -> None:
+    text = (ROOT / "ros/Dockerfile").read_text()
+    with_ros_core = {
+        "builtin_interfaces", "geometry_msgs", "launch", "launch_ros", "rcl_interfaces", "rclpy",
+        "rosidl_default_runtime", "sensor_msgs", "std_msgs", "std_srvs",
+    }  # fmt: skip
+    ours = {"stairmap", "stairmap_msgs", "stairmap_ros"}
+    for package in ours:
+        manifest = (ROOT / "ros" / package / "package.xml").read_text()
+        for name in re.findall(r"<(?:exec_)?depend>([\w-]+)<", manifest):
+            if name not in with_ros_core | ours | {"python3-pydantic"}:
+                wanted = name if name.startswith("python3-") else f"ros-jazzy-{name.replace('_', '-')}"
+                assert wanted in text, (package, name)
 
 
 def test_pythons_of_classifiers_workflows_and_wheels_are_the_same() -> None:

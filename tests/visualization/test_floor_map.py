@@ -10,7 +10,7 @@ import pytest
 from stairmap.navigation.codes import check_code, load_code
 from stairmap.navigation.exploration import Candidate
 from stairmap.navigation.floors import find_floors
-from stairmap.navigation.occupancy import OccupancyGrid
+from stairmap.navigation.occupancy import FREE, UNKNOWN, OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner
 from stairmap.navigation.portals import make_portals
 from stairmap.navigation.robot_profile import load_robot
@@ -47,6 +47,17 @@ def test_each_floor_is_drawn_with_its_stairs_costs_and_the_way(building):
     for name in ("planned way", "start", "goal", "passable for Boston Dynamics Spot", "stairs, arrow up"):
         assert name in text
     assert figure.axes[0].get_xlabel() == "map x, m"
+
+
+def test_maps_are_cropped_to_what_is_known(building):
+    floors, portals, _ = building
+    cells = np.full((400, 400), UNKNOWN, dtype=np.int8)
+    cells[150:250, 160:240] = FREE
+    grid = OccupancyGrid(cells=cells, resolution=0.1, origin=(-16.0, -15.0))
+    axes = draw_floor_maps(floors, [STAIRWAY], portals, grids={0: grid}).axes[0]
+    # The free cells reach from 0 to 8 m and from 0 to 10 m, the stairs to x = 9.1 m; 1 m of margin.
+    assert axes.get_xlim()[0] == pytest.approx(-1.0) and 8.9 < axes.get_xlim()[1] < 12.0
+    assert axes.get_ylim() == pytest.approx((-1.0, 11.0))
 
 
 def test_an_end_that_nobody_saw_is_told_on_its_floor(building):

@@ -14,7 +14,7 @@ from stairmap.navigation.exploration import Candidate
 from stairmap.navigation.floors import Floor, FloorStack
 from stairmap.navigation.footprints import drop_rectangles, stair_rectangles
 from stairmap.navigation.limits import Verdict
-from stairmap.navigation.occupancy import FREE, OCCUPIED, OccupancyGrid
+from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from stairmap.navigation.planner import Route
 from stairmap.navigation.portals import Portal
 from stairmap.stairway import Stairway
@@ -109,12 +109,14 @@ def draw_floor_maps(
 def _extent(
     stairways: Sequence[Stairway], portals: Sequence[Portal], grids: Mapping[int, OccupancyGrid]
 ) -> tuple[Points, Points]:
-    """Return the lower left and upper right corner of everything, the same for all floors."""
+    """Return the lower left and upper right corner of all that is known, the same for all floors."""
     corners = [stairway.edges()[..., :2].reshape(-1, 2) for stairway in stairways]
     corners += [portal.way[:, :2] for portal in portals]
     for grid in grids.values():
-        low = np.array(grid.origin)
-        corners.append(np.array([low, low + np.array(grid.cells.shape[::-1]) * grid.resolution]))
+        rows, columns = np.nonzero(grid.cells != UNKNOWN)
+        if len(rows):
+            known = np.array([[columns.min(), rows.min()], [columns.max() + 1, rows.max() + 1]])
+            corners.append(np.array(grid.origin) + known * grid.resolution)
     every = np.concatenate(corners) if corners else np.zeros((1, 2))
     return every.min(axis=0) - _MARGIN, every.max(axis=0) + _MARGIN
 
