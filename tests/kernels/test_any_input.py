@@ -123,16 +123,15 @@ def test_groups_and_lattices_of_any_corners(
     random = np.random.default_rng(seed)
     places = random.uniform(0.5, 3, number), random.uniform(-1, 1, number)
     strip = random.integers(-1 if seed % 9 == 0 else 0, num_strips, number)
-    reach = random.uniform(0, 0.4, number), random.uniform(0, 0.4, number)
-    compare(compiled, lattices.label_close, (*places, strip), reach, int(random.integers(-1, 4)))
-    pairs = corners.PairLimits(3, 0.1, 0.05, 1.1)
-    compare(compiled, corners.pair_corners, (*places, strip), random.uniform(-1, 1, num_strips), pairs)
+    join = lattices.JoinLimits(0.1, 0.05, 0.4, 0.3, int(random.integers(-1, 4)), int(random.integers(1, 3)))
+    compare(compiled, lattices.join_corners, (*places, strip), num_strips, join)
+    edges = corners.TurnLimits(3, 0.1, 0.05, 1.1, 36, 0.12, 2, 0.18)
+    compare(compiled, corners.find_edge_turns, (*places, strip), random.uniform(-1, 1, num_strips), edges, 3)
     limits = lattices.LatticeLimits(
-        0.1, 0.3, 0.1, 0.5, 0.1, 1.2, 3, 1, 0.05, 0.05, 0.002, 0.05, 0.15, 32, 0.5
+        0.1, 0.3, 0.1, 0.5, 0.1, 1.2, 3, 1, 0.05, 0.05, 0.002, 0.05, 0.15, 32, 12, 0.5, 2
     )  # fmt: skip
-    strips, free = random.random((number, num_strips)) < 0.5, random.random(number) < 0.8
-    size = np.minimum(strips.sum(axis=1), 12).astype(np.float64)
-    compare(compiled, lattices.score_lattices, (*places, size), strips, free, limits)
+    strips = random.random((number, num_strips)) < 0.5
+    compare(compiled, lattices.search_lattices, (*places, strips), limits, 3)
 
 
 @settings(max_examples=30, deadline=None)

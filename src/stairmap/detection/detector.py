@@ -14,7 +14,7 @@ from stairmap.arrays import Float64Array, Vector
 from stairmap.config import Config
 from stairmap.detection.candidate import Candidate, Scene, examine
 from stairmap.detection.drops import find_drops
-from stairmap.detection.elevation import make_elevation, sharpened
+from stairmap.detection.elevation import Elevation, make_elevation, sharpened
 from stairmap.detection.fit import MIN_NOISE
 from stairmap.detection.ground import sample_ground
 from stairmap.detection.inverse_depth import (
@@ -181,6 +181,7 @@ class _Look:
         self._noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
         self._smoothings = estimate_smoothings(image)
         self._is_sharp = False
+        self._elevations: dict[float, tuple[Elevation, float] | None] = {}
         self.scenes: list[Scene] = []
 
     def sharpen(self) -> bool:
@@ -224,6 +225,23 @@ class _Look:
 
     def _scan(self, angle: float) -> Scene | None:
         """The frame along a heading; ``None`` where it does not look there."""
+        if angle not in self._elevations:
+            self._elevations[angle] = self._sample(angle)
+        sampled = self._elevations[angle]
+        if sampled is None:
+            return None
+        elevation, ground_slope = sampled
+        scans = sharpened(elevation, max(self._smoothings)) if self._is_sharp else elevation
+        scene = Scene(
+            image=self._image, elevation=elevation, corners=find_corners(scans, noise=self._noise),
+            noise=self._noise, smoothings=self._smoothings, up_std=self._corrected.std,
+            ground_slope=ground_slope, stamp_ns=self._stamp_ns,
+        )  # fmt: skip
+        self.scenes.append(scene)
+        return scene
+
+    def _sample(self, angle: float) -> tuple[Elevation, float] | None:
+        """The elevation along a heading, and how much the ground climbs there."""
         ground = self._corrected.ground
         ahead, left = level_axes(self._corrected.up)
         forward = np.cos(angle) * ahead + np.sin(angle) * left
@@ -231,16 +249,7 @@ class _Look:
         climb = float(ground @ forward)
         up = normalized(ground - climb * forward)
         elevation = make_elevation(self._image, up, forward)
-        if elevation is None:
-            return None
-        scans = sharpened(elevation, max(self._smoothings)) if self._is_sharp else elevation
-        scene = Scene(
-            image=self._image, elevation=elevation, corners=find_corners(scans, noise=self._noise),
-            noise=self._noise, smoothings=self._smoothings, up_std=self._corrected.std,
-            ground_slope=-climb / float(ground @ up), stamp_ns=self._stamp_ns,
-        )  # fmt: skip
-        self.scenes.append(scene)
-        return scene
+        return None if elevation is None else (elevation, -climb / float(ground @ up))
 
 
 def _promising(lattices: Sequence[Lattice]) -> list[Lattice]:

@@ -15,8 +15,8 @@ import numpy as np
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.config import EnvelopeConfig
 from stairmap.detection.nosing_search import Corners
-from stairmap.kernels import label_close, score_lattices
-from stairmap.kernels.lattices import LatticeLimits, find_members
+from stairmap.kernels import join_corners, search_lattices
+from stairmap.kernels.lattices import JoinLimits, LatticeLimits
 
 MAX_MISSED = 2
 """How many steps in a row may be missed between two that found a lattice."""
@@ -118,23 +118,16 @@ def group_corners(corners: Corners, *, num_strips: int, noise: float) -> NosingG
     noise
         Standard deviation of inverse distance in a strip, 1/m.
     """
-    if len(corners) == 0:
-        return NosingGroups(distance=np.zeros(0), height=np.zeros(0), strips=np.zeros((0, num_strips), bool))
-    distance, height = np.ascontiguousarray(corners.distance), np.ascontiguousarray(corners.height)
-    strip = np.ascontiguousarray(corners.strip)
-    tolerance = 2.0 * CORNER_STD + 2.0 * noise * distance**2
-    reach = np.minimum(tolerance, MAX_GROUP_DISTANCE), np.minimum(tolerance, MAX_GROUP_HEIGHT)
-    label = label_close((distance, height, strip), reach, MAX_STRIP_GAP)
-    size = np.bincount(label)
-    count = len(size)
-    strips = np.zeros((count, num_strips), dtype=bool)
-    strips[label, strip] = True
-    keep = strips.sum(axis=1) >= MIN_STRIPS
-    return NosingGroups(
-        distance=(np.bincount(label, distance, count) / size)[keep],
-        height=(np.bincount(label, height, count) / size)[keep],
-        strips=strips[keep],
+    limits = JoinLimits(
+        reach=2.0 * CORNER_STD,
+        noise=2.0 * noise,
+        max_distance=MAX_GROUP_DISTANCE,
+        max_height=MAX_GROUP_HEIGHT,
+        max_gap=MAX_STRIP_GAP,
+        min_strips=MIN_STRIPS,
     )
+    distance, height, strips = join_corners(corners.places, num_strips, limits)
+    return NosingGroups(distance=distance, height=height, strips=strips)
 
 
 def find_lattices(
@@ -157,24 +150,6 @@ def find_lattices(
     max_lattices
         How many are returned at most.
     """
-    found: list[Lattice] = []
-    free = np.ones(len(groups), dtype=bool)
-    while len(found) < max_lattices:
-        lattice, used = _find_best(groups, free, envelope, noise)
-        if lattice is None:
-            break
-        found.append(lattice)
-        free &= ~used
-    return found
-
-
-def _find_best(
-    groups: NosingGroups, free: Mask, envelope: EnvelopeConfig, noise: float
-) -> tuple[Lattice | None, Mask]:
-    none = (None, np.zeros(len(groups), dtype=bool))
-    if np.count_nonzero(free) < 2:
-        return none
-    distance, height = groups.distance, groups.height
     smaller, larger = 1.0 - ENVELOPE_SLACK, 1.0 + ENVELOPE_SLACK
     limits = LatticeLimits(
         min_rise=smaller * envelope.min_rise,
@@ -191,59 +166,21 @@ def _find_best(
         max_spread=MAX_SPREAD,
         growth=GROWTH,
         max_index=MAX_INDEX,
+        max_size=MAX_STRIPS_COUNTED,
         gap_cost=GAP_COST,
+        max_gap=MAX_GAP,
     )
-    size = np.minimum(groups.strips.sum(axis=1), MAX_STRIPS_COUNTED).astype(np.float64)
-    run, rise, anchor, score, num_present = score_lattices(
-        (distance, height, size), groups.strips, free, limits
-    )
-    if num_present < 2:
-        return none
-    fits, index = find_members((distance, height), (run, rise, anchor), limits)
-    inliers = fits & free & (groups.strips & groups.strips[anchor]).any(axis=1)
-    part = _largest_part(index, inliers, size)
-    if part is not None:
-        inliers, score = part
-    k = index[inliers]
-    lowest = int(k.min())
-    weight = groups.strips[inliers].sum(axis=1).astype(np.float64)
-    best_run, start_s = _fit_line(k - lowest, distance[inliers], weight, run)
-    best_rise, start_z = _fit_line(k - lowest, height[inliers], weight, rise)
-    lattice = Lattice(
-        distance=start_s,
-        height=start_z,
-        run=best_run,
-        rise=best_rise,
-        indices=np.unique(k - lowest).astype(np.int64),
-        strips=groups.strips[inliers].any(axis=0),
-        score=score,
-    )
-    return lattice, inliers
-
-
-def _largest_part(index: Float64Array, inliers: Mask, size: Float64Array) -> tuple[Mask, float] | None:
-    """Which nosings are of the largest part of a lattice without gaps of more than ``MAX_GAP`` steps, and its
-    score; ``None`` where nothing is left out."""
-    places = np.unique(index[inliers])
-    best = np.array([size[inliers & (index == place)].max() for place in places])
-    part = np.cumsum(np.diff(places, prepend=places[0]) > MAX_GAP + 1)
-    total = np.bincount(part, best) * (np.bincount(part) > 1)
-    if len(total) == 1 or not total.any():
-        return None
-    chosen = part == int(np.argmax(total))
-    num_gaps = places[chosen][-1] - places[chosen][0] + 1 - np.count_nonzero(chosen)
-    score = float(best[chosen].sum() - GAP_COST * num_gaps * best[chosen].mean())
-    return inliers & np.isin(index, places[chosen]), score
-
-
-def _fit_line(
-    index: Float64Array, value: Float64Array, weight: Float64Array, fallback: float
-) -> tuple[float, float]:
-    """Weighted line value = start + index * step; the step falls back where only one index is there."""
-    mean_index = float(np.average(index, weights=weight))
-    mean_value = float(np.average(value, weights=weight))
-    spread = float(np.average((index - mean_index) ** 2, weights=weight))
-    if spread < 1e-9:
-        return fallback, mean_value - mean_index * fallback
-    step = float(np.average((index - mean_index) * (value - mean_value), weights=weight)) / spread
-    return step, mean_value - mean_index * step
+    nosings = tuple(np.ascontiguousarray(part) for part in (groups.distance, groups.height, groups.strips))
+    numbers, is_present, strips = search_lattices(nosings, limits, max_lattices)
+    return [
+        Lattice(
+            distance=distance,
+            height=height,
+            run=run,
+            rise=rise,
+            indices=np.flatnonzero(is_present[place]),
+            strips=strips[place],
+            score=score,
+        )
+        for place, (distance, height, run, rise, score) in enumerate(numbers.tolist())
+    ]

@@ -13,8 +13,8 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.elevation import Elevation
-from stairmap.kernels import find_creases, find_jumps, pair_corners
-from stairmap.kernels.corners import CreaseLimits, JumpLimits, PairLimits
+from stairmap.kernels import find_creases, find_edge_turns, find_jumps
+from stairmap.kernels.corners import CreaseLimits, JumpLimits, TurnLimits
 
 MIN_JUMP = 0.10
 """Smallest distance along a ray between the two sides of a jump, m: half of the smallest run."""
@@ -76,6 +76,9 @@ MIN_PAIRS = 5
 PEAK_REACH = np.radians(7.0)
 """Pairs within this of the commonest direction give it, rad."""
 
+PEAKS_APART = 1.5 * PEAK_REACH
+"""Directions that are nearer to each other are one, rad."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Corners:
@@ -98,6 +101,12 @@ class Corners:
     strip: IntArray
     is_jump: Mask
     is_end: Mask
+
+    @property
+    def places(self) -> tuple[Float64Array, Float64Array, IntArray]:
+        """Distance, height and strip, as kernels take them."""
+        distance, height = np.ascontiguousarray(self.distance), np.ascontiguousarray(self.height)
+        return distance, height, np.ascontiguousarray(self.strip)
 
     def __len__(self) -> int:
         return len(self.distance)
@@ -175,27 +184,15 @@ def find_turns(elevation: Elevation, corners: Corners, *, max_turns: int) -> lis
     """
     # Where measurements end, at the sensor's range or a shiny floor, there is no edge.
     known = ~corners.is_end
-    s, z, strip = corners.distance[known], corners.height[known], corners.strip[known]
-    limits = PairLimits(
-        MAX_PAIR_STRIPS, PAIR_HEIGHT, PAIR_HEIGHT_ROWS * elevation.grid.row_size, MAX_EDGE_TURN
+    limits = TurnLimits(
+        max_strips=MAX_PAIR_STRIPS,
+        max_height=PAIR_HEIGHT,
+        max_height_slope=PAIR_HEIGHT_ROWS * elevation.grid.row_size,
+        max_turn=float(MAX_EDGE_TURN),
+        num_bins=TURN_BINS,
+        reach=float(PEAK_REACH),
+        min_pairs=MIN_PAIRS,
+        min_apart=float(PEAKS_APART),
     )
-    angle, across = pair_corners((s, z, strip), elevation.bearing, limits)
-    bins = np.floor((angle + np.pi / 2) * (TURN_BINS / np.pi)).astype(np.int64)
-    counts = np.bincount(bins, minlength=TURN_BINS).astype(np.float64)
-    smooth = counts + 0.5 * (np.roll(counts, 1) + np.roll(counts, -1))
-    turns: list[float] = []
-    for peak in np.argsort(-smooth):
-        center = (peak + 0.5) * np.pi / TURN_BINS - np.pi / 2
-        near = np.abs(angle - center) < PEAK_REACH
-        if len(turns) >= max_turns or np.count_nonzero(near) < MIN_PAIRS:
-            break
-        turn = _weighted_median(angle[near], across[near])
-        if all(abs(turn - other) > 1.5 * PEAK_REACH for other in turns):
-            turns.append(turn)
-    return turns
-
-
-def _weighted_median(values: Float64Array, weights: Float64Array) -> float:
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order[np.searchsorted(total, 0.5 * total[-1])]])
+    places = corners.distance[known], corners.height[known], corners.strip[known]
+    return find_edge_turns(places, np.ascontiguousarray(elevation.bearing), limits, max_turns).tolist()

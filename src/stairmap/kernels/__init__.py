@@ -30,6 +30,7 @@ __all__ = [
     "count_rays",
     "describe_kernels",
     "find_creases",
+    "find_edge_turns",
     "find_facing",
     "find_jumps",
     "find_ledges",
@@ -37,14 +38,13 @@ __all__ = [
     "fit_ground",
     "fit_section",
     "fit_window_planes",
-    "label_close",
+    "join_corners",
     "measure_jumps",
-    "pair_corners",
     "predict_rays",
     "reduce_depth",
     "sample_rays",
     "sample_strips",
-    "score_lattices",
+    "search_lattices",
     "sum_normals",
     "trace_outline",
     "turn_rays",
@@ -60,9 +60,9 @@ sample_rays = chosen(sampling.sample_rays)
 sample_strips = chosen(sampling.sample_strips)
 find_jumps = chosen(corners.find_jumps)
 find_creases = chosen(corners.find_creases)
-pair_corners = chosen(corners.pair_corners)
-label_close = chosen(lattices.label_close)
-score_lattices = chosen(lattices.score_lattices)
+find_edge_turns = chosen(corners.find_edge_turns)
+join_corners = chosen(lattices.join_corners)
+search_lattices = chosen(lattices.search_lattices)
 trace_outline = chosen(outlines.trace_outline)
 predict_rays = chosen(predictions.predict_rays)
 turn_rays = chosen(counts.turn_rays)

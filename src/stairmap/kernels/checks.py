@@ -62,3 +62,9 @@ def check_arrays(
     for i, array in enumerate(checked[1:], start=1):
         check_length(array, f"{name}[{i}]", len(checked[0]))
     return checked
+
+
+def check_strips(strip: NDArray[np.int64], name: str, num_strips: int) -> None:
+    """Refuse numbers of strips that there are not."""
+    if len(strip) and (strip.min() < 0 or strip.max() >= num_strips):
+        raise ValueError(f"{name}: expected strips below {num_strips}, got others")

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask
-from stairmap.kernels.checks import check_array, check_arrays, check_length
+from stairmap.kernels.checks import check_array, check_arrays, check_length, check_strips
 
 Jumps: TypeAlias = tuple[Float64Array, Float64Array, IntArray, Mask]
 """Distance, height, strip, and whether nothing follows."""
@@ -58,14 +58,23 @@ class CreaseLimits(NamedTuple):
     min_upper_lean: float
 
 
-class PairLimits(NamedTuple):
-    """What corners of one edge are: at most so many strips apart, so near in height, m and m per metre of
-    distance, and turned by no more than so much, rad."""
+class TurnLimits(NamedTuple):
+    """What corners of one edge are, and how many pairs of them tell a direction.
+
+    They are ``max_strips`` apart at most, so near in height, m and m per metre of distance, and turned by no
+    more than ``max_turn``, rad. Directions are counted in ``num_bins`` over half a turn; those within
+    ``reach`` of a peak, rad, give it, if they are ``min_pairs`` or more. Peaks lie ``min_apart`` from each
+    other, rad.
+    """
 
     max_strips: int
     max_height: float
     max_height_slope: float
     max_turn: float
+    num_bins: int
+    reach: float
+    min_pairs: int
+    min_apart: float
 
 
 def find_jumps(
@@ -234,9 +243,12 @@ def _shifted_max(values: Float64Array, reach: int) -> Float64Array:
     return result
 
 
-def pair_corners(
-    corners: tuple[Float64Array, Float64Array, IntArray], bearing: Float64Array, limits: PairLimits
-) -> tuple[Float64Array, Float64Array]:
+def find_edge_turns(
+    corners: tuple[Float64Array, Float64Array, IntArray],
+    bearing: Float64Array,
+    limits: TurnLimits,
+    max_turns: int,
+) -> Float64Array:
     """Compare corners of neighbouring scans at one height: those of one edge tell its direction.
 
     Parameters
@@ -246,11 +258,13 @@ def pair_corners(
     bearing
         (S,) metres to the left for each metre forward of each scan.
     limits
-        What counts as one edge.
+        What counts as one edge, and as a direction of many.
+    max_turns
+        How many directions are returned at most.
 
     Returns
     -------
-    (P,) angle of each pair's direction to the lateral axis, and how far it reaches across, m.
+    (T,) angles of edges to the lateral axis, rad, the commonest first.
 
     Raises
     ------
@@ -260,7 +274,9 @@ def pair_corners(
     s, z, strip = check_arrays(corners, "corners", (np.float64, np.float64, np.int64))
     check_array(bearing, "bearing", np.float64, 1)
     check_strips(strip, "corners[2]", len(bearing))
-    limits = PairLimits(*limits)
+    limits = TurnLimits(*limits)
+    if limits.num_bins < 1:
+        raise ValueError("limits: expected at least one bin, got none")
     t = bearing[strip] * s
     first, second = np.nonzero(
         (strip[:, None] < strip) & (strip - strip[:, None] <= limits.max_strips)
@@ -269,7 +285,27 @@ def pair_corners(
     across = t[first] - t[second]
     angle = -np.arctan2(s[first] - s[second], across)
     usable = (np.abs(angle) < limits.max_turn) & (across > 0)
-    return angle[usable], across[usable]
+    angle, across = angle[usable], across[usable]
+    size = limits.num_bins
+    bins = np.floor((angle + np.pi / 2) * (size / np.pi)).astype(np.int64)
+    counts = np.bincount(np.clip(bins, 0, size - 1), minlength=size).astype(np.float64)
+    smooth = counts + 0.5 * (np.roll(counts, 1) + np.roll(counts, -1))
+    turns: list[float] = []
+    for peak in np.argsort(-smooth, kind="stable"):
+        center = (peak + 0.5) * np.pi / size - np.pi / 2
+        near = np.abs(angle - center) < limits.reach
+        if len(turns) >= max_turns or np.count_nonzero(near) < max(limits.min_pairs, 1):
+            break
+        turn = _weighted_median(angle[near], across[near])
+        if all(abs(turn - other) > limits.min_apart for other in turns):
+            turns.append(turn)
+    return np.array(turns, dtype=np.float64)
+
+
+def _weighted_median(values: Float64Array, weights: Float64Array) -> float:
+    order = np.argsort(values, kind="stable")
+    total = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(total, 0.5 * total[-1])]])
 
 
 def check_scans(inverse_distance: Float64Array, slope: Float64Array) -> None:
@@ -279,9 +315,3 @@ def check_scans(inverse_distance: Float64Array, slope: Float64Array) -> None:
     if inverse_distance.size == 0:
         raise ValueError("inverse_distance: expected at least one cell, got none")
     check_length(slope, "slope", len(inverse_distance))
-
-
-def check_strips(strip: IntArray, name: str, num_strips: int) -> None:
-    """Refuse numbers of strips that there are not."""
-    if len(strip) and (strip.min() < 0 or strip.max() >= num_strips):
-        raise ValueError(f"{name}: expected strips below {num_strips}, got others")

@@ -197,8 +197,9 @@ nb::tuple find_creases(nb::handle inverse_distance, nb::handle slopes,
     return nb::make_tuple(array_of<double>(found.s), array_of<double>(found.z), array_of<int64_t>(found.strip));
 }
 
-nb::tuple pair_corners(nb::tuple corners, nb::handle bearings,
-                       const std::tuple<int64_t, double, double, double> &limits) {
+nb::object find_edge_turns(nb::tuple corners, nb::handle bearings,
+                           const std::tuple<int64_t, double, double, double, int64_t, double, int64_t, double> &limits,
+                           int64_t max_turns) {
     if (corners.size() != 3) refuse("corners: expected three arrays, got " + std::to_string(corners.size()));
     Input<double, 1> s(corners[0], "corners[0]"), z(corners[1], "corners[1]");
     Input<int64_t, 1> strip(corners[2], "corners[2]");
@@ -206,24 +207,59 @@ nb::tuple pair_corners(nb::tuple corners, nb::handle bearings,
     check_length(strip, "corners[2]", s.size());
     Input<double, 1> bearing(bearings, "bearing");
     check_strips(strip, "corners[2]", bearing.size());
-    const auto [max_strips, max_height, max_height_slope, max_turn] = limits;
-    std::vector<double> angles, acrosses;
+    const auto [max_strips, max_height, max_height_slope, max_turn, num_bins, reach, min_pairs, min_apart] = limits;
+    if (num_bins < 1) refuse("limits: expected at least one bin, got none");
+    std::vector<double> turns;
     {
         nb::gil_scoped_release release;
-        for (size_t i = 0; i < s.size(); ++i)
-            for (size_t j = 0; j < s.size(); ++j) {
-                const int64_t apart = strip[j] - strip[i];
-                if (apart <= 0 || apart > max_strips) continue;
-                if (!(std::abs(z[i] - z[j]) < max_height + max_height_slope * s[j])) continue;
-                const double across = bearing[strip[i]] * s[i] - bearing[strip[j]] * s[j];
-                if (!(across > 0)) continue;
-                const double angle = -std::atan2(s[i] - s[j], across);
-                if (!(std::abs(angle) < max_turn)) continue;
-                angles.push_back(angle);
-                acrosses.push_back(across);
-            }
+        std::vector<std::vector<size_t>> of_strip(bearing.size());
+        for (size_t i = 0; i < s.size(); ++i) of_strip[static_cast<size_t>(strip[i])].push_back(i);
+        std::vector<std::array<double, 2>> pairs;  // angle, and how far it reaches across
+        std::vector<double> counts(static_cast<size_t>(num_bins), 0.0), smooth(counts.size());
+        const double per_turn = static_cast<double>(num_bins) / PI;
+        for (size_t i = 0; i < s.size(); ++i) {
+            const int64_t last = std::min(strip[i] + max_strips, static_cast<int64_t>(bearing.size()) - 1);
+            const double from = bearing[static_cast<size_t>(strip[i])] * s[i];
+            for (int64_t other = strip[i] + 1; other <= last; ++other)
+                for (const size_t j : of_strip[static_cast<size_t>(other)]) {
+                    if (!(std::abs(z[i] - z[j]) < max_height + max_height_slope * s[j])) continue;
+                    const double across = from - bearing[static_cast<size_t>(other)] * s[j];
+                    if (!(across > 0)) continue;
+                    const double angle = -std::atan2(s[i] - s[j], across);
+                    if (!(std::abs(angle) < max_turn)) continue;
+                    pairs.push_back({angle, across});
+                    const double bin = std::floor((angle + PI / 2) * per_turn);
+                    counts[static_cast<size_t>(std::clamp(bin, 0.0, static_cast<double>(num_bins - 1)))] += 1.0;
+                }
+        }
+        const size_t size = counts.size();
+        std::vector<size_t> order(size);
+        for (size_t k = 0; k < size; ++k) {
+            smooth[k] = counts[k] + 0.5 * (counts[(k + size - 1) % size] + counts[(k + 1) % size]);
+            order[k] = k;
+        }
+        std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return smooth[a] > smooth[b]; });
+        std::vector<std::array<double, 2>> near;
+        for (const size_t peak : order) {
+            const double center = (static_cast<double>(peak) + 0.5) * PI / static_cast<double>(size) - PI / 2;
+            if (static_cast<int64_t>(turns.size()) >= max_turns) break;
+            near.clear();
+            for (const auto &pair : pairs)
+                if (std::abs(pair[0] - center) < reach) near.push_back(pair);
+            if (static_cast<int64_t>(near.size()) < std::max<int64_t>(min_pairs, 1)) break;
+            std::stable_sort(near.begin(), near.end(), [](const auto &a, const auto &b) { return a[0] < b[0]; });
+            double total = 0.0, half = 0.0;
+            for (const auto &pair : near) total += pair[1];
+            size_t middle = 0;
+            while (middle + 1 < near.size() && half + near[middle][1] < 0.5 * total) half += near[middle++][1];
+            const double turn = near[middle][0];
+            const bool is_new = std::all_of(turns.begin(), turns.end(), [&, apart = min_apart](double known) {
+                return std::abs(turn - known) > apart;
+            });
+            if (is_new) turns.push_back(turn);
+        }
     }
-    return nb::make_tuple(array_of<double>(angles), array_of<double>(acrosses));
+    return array_of<double>(turns);
 }
 
 }  // namespace stairmap

@@ -35,14 +35,17 @@ nb::tuple find_creases(nb::handle inverse_distance, nb::handle slope,
                        const std::tuple<double, double, double, int64_t, int64_t, double, double, double, double,
                                         double, double, double> &limits);
 
-nb::tuple pair_corners(nb::tuple corners, nb::handle bearing,
-                       const std::tuple<int64_t, double, double, double> &limits);
+nb::object find_edge_turns(nb::tuple corners, nb::handle bearing,
+                           const std::tuple<int64_t, double, double, double, int64_t, double, int64_t, double> &limits,
+                           int64_t max_turns);
 
-nb::object label_close(nb::tuple corners, nb::tuple reach, int64_t max_gap);
+nb::tuple join_corners(nb::tuple corners, int64_t num_strips,
+                       const std::tuple<double, double, double, double, int64_t, int64_t> &limits);
 
-nb::tuple score_lattices(nb::tuple places, nb::handle strips, nb::handle free,
-                         const std::tuple<double, double, double, double, double, double, int64_t, int64_t, double,
-                                          double, double, double, double, int64_t, double> &limits);
+nb::tuple search_lattices(nb::tuple nosings,
+                          const std::tuple<double, double, double, double, double, double, int64_t, int64_t, double,
+                                           double, double, double, double, int64_t, int64_t, double, int64_t> &limits,
+                          int64_t max_lattices);
 
 nb::object reduce_depth(nb::handle depth, int64_t stride, const std::array<double, 3> &limits);
 

@@ -19,9 +19,9 @@ NB_MODULE(_compiled, module) {
                "view"_a, "means"_a);
     module.def("find_jumps", &stairmap::find_jumps, "inverse_distance"_a, "slope"_a, "jump_rows"_a, "limits"_a);
     module.def("find_creases", &stairmap::find_creases, "inverse_distance"_a, "slope"_a, "limits"_a);
-    module.def("pair_corners", &stairmap::pair_corners, "corners"_a, "bearing"_a, "limits"_a);
-    module.def("label_close", &stairmap::label_close, "corners"_a, "reach"_a, "max_gap"_a);
-    module.def("score_lattices", &stairmap::score_lattices, "places"_a, "strips"_a, "free"_a, "limits"_a);
+    module.def("find_edge_turns", &stairmap::find_edge_turns, "corners"_a, "bearing"_a, "limits"_a, "max_turns"_a);
+    module.def("join_corners", &stairmap::join_corners, "corners"_a, "num_strips"_a, "limits"_a);
+    module.def("search_lattices", &stairmap::search_lattices, "nosings"_a, "limits"_a, "max_lattices"_a);
     module.def("reduce_depth", &stairmap::reduce_depth, "depth"_a, "stride"_a, "limits"_a);
     module.def("measure_jumps", &stairmap::measure_jumps, "inverse_depth"_a, "shape"_a);
     module.def("fit_window_planes", &stairmap::fit_window_planes, "inverse_depth"_a, "windows"_a);
