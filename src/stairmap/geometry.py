@@ -5,6 +5,8 @@ A plane is (a, b, c, d) with a unit normal: a·x + b·y + c·z + d = 0.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -20,8 +22,8 @@ def normalized(vector: ArrayLike) -> Vector:
         If its length is zero or not finite.
     """
     array = np.asarray(vector, dtype=np.float64)
-    length = float(np.linalg.norm(array))
-    if not np.isfinite(length) or length == 0:
+    length = math.sqrt(array @ array)
+    if not math.isfinite(length) or length == 0:
         raise ValueError(f"a direction needs a finite length above zero, got {array.tolist()}")
     return np.asarray(array / length)
 

@@ -64,7 +64,7 @@ def kernel_names() -> tuple[str, ...]:
 
 
 def simulated_frames() -> list[DepthFrame]:
-    """Return stairs from below, from above, oblique, as slabs and beside a clutter of boxes."""
+    """Return stairs from below, above, oblique, as slabs, beside a clutter of boxes, and an empty room."""
     middle = (0.7, 0.0, 0.45)
     top = nosings(STAIRS)[-1].mean(axis=0)
     down = pose_looking((top[0] + 0.3, 0.0, top[2] + 1.3), yaw=np.pi, down=np.radians(42.0))
@@ -80,6 +80,7 @@ def simulated_frames() -> list[DepthFrame]:
         frame_of([stairs_solid(STAIRS), floor], down),
         frame_of([*slabs, room()], pose_towards(middle, distance=2.2, height=0.5)),
         frame_of([*boxes, room()], pose_towards(middle, distance=2.2, height=0.7)),
+        frame_of([room()], pose_towards(middle, distance=2.2, height=0.7)),
     ]
     return [_noisy(frame, seed) for seed, frame in enumerate(frames)]
 

@@ -111,6 +111,8 @@ def test_corners_of_any_scans(compiled: ModuleType, seed: int, size: tuple[int, 
     rows = random.integers(1, 9, int(random.integers(1, 5)))
     jump = corners.JumpLimits(0.004, 0.25, 0.1, 0.005, 8, 0.02, 0.05)
     compare(compiled, corners.find_jumps, q, slope, rows, jump)
+    weights = random.uniform(0.1, 1, 2 * int(random.integers(0, 5)) + 1).astype(np.float32)
+    compare(compiled, sampling.sharpen_scans, q, weights / weights.sum(), 3, 0.8)
     crease = corners.CreaseLimits(0.004, 0.001, 0.06, 3, 10, 0.7, 0.5, 0.3, 1.0, 0.5, 2.6, -0.5)
     compare(compiled, corners.find_creases, q, slope, crease)
 

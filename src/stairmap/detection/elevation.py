@@ -18,7 +18,7 @@ import numpy as np
 from stairmap.arrays import Float32Array, Float64Array, Mask, Vector
 from stairmap.detection.inverse_depth import InverseDepthImage
 from stairmap.geometry import cross, normalized
-from stairmap.kernels import sample_rays, sample_strips
+from stairmap.kernels import sample_rays, sample_strips, sharpen_scans
 from stairmap.kernels.sampling import SamplingView, StripMeans
 
 STRIP_WIDTH = 16
@@ -234,23 +234,9 @@ def sharpened(elevation: Elevation, smoothing: float) -> Elevation:
         Standard deviation over which the sensor blends, rows.
     """
     size = 2 * int(np.ceil(3.0 * smoothing)) + 1
-    kernel = cv2.getGaussianKernel(size, smoothing, cv2.CV_32F)
-
-    def smoothed(values: Float32Array) -> Float32Array:
-        blurred = cv2.sepFilter2D(
-            values, cv2.CV_32F, np.ones(1, np.float32), kernel, borderType=cv2.BORDER_REPLICATE
-        )
-        return np.asarray(blurred, dtype=np.float32)
-
-    measured: Float32Array = elevation.inverse_distance.astype(np.float32)
-    is_measured = (measured > 0).astype(np.float32)
-    share = smoothed(is_measured)
-    sharp = measured
-    for _ in range(SHARPENING_ROUNDS):
-        again = smoothed(sharp) / np.maximum(share, np.float32(1e-3))
-        sharp = np.asarray(sharp + is_measured * (measured - again), dtype=np.float32)
-    is_better = (share > MIN_SHARPENED_SHARE) & (sharp > 0) & (measured > 0)
-    return replace(elevation, inverse_distance=np.where(is_better, sharp, elevation.inverse_distance))
+    kernel = np.asarray(cv2.getGaussianKernel(size, smoothing, cv2.CV_32F)[:, 0], dtype=np.float32)
+    scans = sharpen_scans(elevation.inverse_distance, kernel, SHARPENING_ROUNDS, MIN_SHARPENED_SHARE)
+    return replace(elevation, inverse_distance=scans)
 
 
 def strip_columns(num_columns: int, strips: Mask, *, margin: int) -> tuple[int, int]:

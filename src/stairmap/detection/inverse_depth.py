@@ -153,15 +153,21 @@ def estimate_smoothings(image: InverseDepthImage) -> tuple[float, ...]:
     shares = measure_jumps(image.inverse_depth, shape)
     if len(shares) < MIN_JUMPS:
         return SHARP, SMOOTH
-    seen = float(np.percentile(shares, 75))
-    return (max(float(np.interp(-seen, -_steepest_shares(), SMOOTHINGS)), SHARP),)
+    return (max(float(np.interp(-_upper_quartile(shares), _falling_shares(), SMOOTHINGS)), SHARP),)
+
+
+def _upper_quartile(values: Float32Array) -> float:
+    """As ``numpy.percentile`` says, at a tenth of its cost for few values."""
+    place = 0.75 * (len(values) - 1)
+    low, high = np.sort(values)[[math.floor(place), math.ceil(place)]].tolist()
+    return float(low + (high - low) * (place - math.floor(place)))
 
 
 @lru_cache(maxsize=1)
-def _steepest_shares() -> Float64Array:
-    """Share of a jump that its steepest pixel takes at each of ``SMOOTHINGS``."""
+def _falling_shares() -> Float64Array:
+    """Share of a jump that its steepest pixel takes at each of ``SMOOTHINGS``, counted negative to ascend."""
     within = ndtr(JUMP_REACH / SMOOTHINGS) - ndtr(-JUMP_REACH / SMOOTHINGS)
-    return readonly((ndtr(0.5 / SMOOTHINGS) - ndtr(-0.5 / SMOOTHINGS)) / within)
+    return readonly(-(ndtr(0.5 / SMOOTHINGS) - ndtr(-0.5 / SMOOTHINGS)) / within)
 
 
 def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (9, 5)) -> SurfaceNormals:

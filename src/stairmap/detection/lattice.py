@@ -170,7 +170,8 @@ def find_lattices(
         gap_cost=GAP_COST,
         max_gap=MAX_GAP,
     )
-    nosings = tuple(np.ascontiguousarray(part) for part in (groups.distance, groups.height, groups.strips))
+    distances, heights = np.ascontiguousarray(groups.distance), np.ascontiguousarray(groups.height)
+    nosings = distances, heights, np.ascontiguousarray(groups.strips)
     numbers, is_present, strips = search_lattices(nosings, limits, max_lattices)
     return [
         Lattice(

@@ -195,4 +195,5 @@ def find_turns(elevation: Elevation, corners: Corners, *, max_turns: int) -> lis
         min_apart=float(PEAKS_APART),
     )
     places = corners.distance[known], corners.height[known], corners.strip[known]
-    return find_edge_turns(places, np.ascontiguousarray(elevation.bearing), limits, max_turns).tolist()
+    turns = find_edge_turns(places, np.ascontiguousarray(elevation.bearing), limits, max_turns)
+    return [float(turn) for turn in turns]

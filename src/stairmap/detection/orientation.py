@@ -169,11 +169,15 @@ def _weigh_grounds(
         logs.append(math.log(share) + evidence - math.log(variance) - 0.5 * math.log(determinant))
         means.append(mean)
         variances.append(0.5 * (first + last) / determinant)
-    weight = np.exp(np.array(logs) - max(logs))
-    weight /= weight.sum()
-    mean_turn = weight @ np.array(means)
-    spread = 0.5 * np.sum((np.array(means) - mean_turn) ** 2, axis=1)
-    return mean_turn, float(weight @ (np.array(variances) + spread))
+    most = max(logs)
+    weights = [math.exp(log - most) for log in logs]
+    total = sum(weights)
+    turn = [sum(w * mean[axis] for w, mean in zip(weights, means, strict=True)) / total for axis in (0, 1)]
+    variance = 0.0
+    for weight, mean, own_variance in zip(weights, means, variances, strict=True):
+        spread = 0.5 * ((mean[0] - turn[0]) ** 2 + (mean[1] - turn[1]) ** 2)
+        variance += weight * (own_variance + spread) / total
+    return np.array(turn), variance
 
 
 def estimate_up(surfaces: SurfaceNormals) -> Vector | None:

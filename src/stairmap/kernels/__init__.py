@@ -45,6 +45,7 @@ __all__ = [
     "sample_rays",
     "sample_strips",
     "search_lattices",
+    "sharpen_scans",
     "sum_normals",
     "trace_outline",
     "turn_rays",
@@ -73,3 +74,4 @@ find_row_ends = chosen(row_ends.find_row_ends)
 fit_ground = chosen(grounds.fit_ground)
 find_ledges = chosen(grounds.find_ledges)
 fit_section = chosen(section_fits.fit_section)
+sharpen_scans = chosen(sampling.sharpen_scans)

@@ -157,7 +157,9 @@ def search_lattices(nosings: Nosings, limits: LatticeLimits, max_lattices: int) 
         raise ValueError("limits: expected at least one index, got none")
     free = np.ones(len(distance), dtype=bool)
     size = np.minimum(strips.sum(axis=1), limits.max_size).astype(np.float64)
-    numbers, presence, seen = [], [], []
+    numbers: list[tuple[float, float, float, float, float]] = []
+    presence: list[Mask] = []
+    seen: list[Mask] = []
     while len(numbers) < max_lattices and np.count_nonzero(free) >= 2:
         run, rise, anchor, score, num_present = _best_pair((distance, height, size), strips, free, limits)
         if num_present < 2:

@@ -141,6 +141,60 @@ def sample_strips(
     return np.where(enough, total / np.maximum(count, 1), 0.0)
 
 
+def sharpen_scans(
+    inverse_distance: Float64Array, kernel: NDArray[np.float32], num_rounds: int, min_share: float
+) -> Float64Array:
+    """Undo a part of what a sensor smooths along scans.
+
+    The scans are smoothed again, compared with what was measured, and the difference is added, a few times
+    over (van Cittert).
+
+    Parameters
+    ----------
+    inverse_distance
+        (R, S) inverse forward distance of scans, 1/m, 0 where nothing was measured.
+    kernel
+        (K,) float32 weights over which rows are smoothed, an odd number; their sum is 1.
+    num_rounds
+        How often the difference is added.
+    min_share
+        A cell is sharpened where more than this share of the measurements about it is there.
+
+    Returns
+    -------
+    (R, S) sharpened inverse distance, as it was where it cannot be.
+
+    Raises
+    ------
+    ValueError
+        If an array is not as told.
+    """
+    check_array(inverse_distance, "inverse_distance", np.float64, 2)
+    check_array(kernel, "kernel", np.float32, 1)
+    if len(kernel) % 2 != 1:
+        raise ValueError(f"kernel: expected an odd number of weights, got {len(kernel)}")
+    if inverse_distance.size == 0:
+        return inverse_distance.copy()
+    rows = np.arange(len(inverse_distance))
+    reach = len(kernel) // 2
+
+    def smoothed(values: NDArray[np.float32]) -> NDArray[np.float32]:
+        total = np.zeros_like(values)
+        for place, weight in enumerate(kernel):
+            total = total + weight * values[np.clip(rows + place - reach, 0, len(rows) - 1)]
+        return total
+
+    measured: NDArray[np.float32] = inverse_distance.astype(np.float32)
+    is_measured = (measured > 0).astype(np.float32)
+    share = smoothed(is_measured)
+    scale = np.float32(1.0) / np.maximum(share, np.float32(1e-3))
+    sharp = measured
+    for _ in range(num_rounds):
+        sharp = np.asarray(sharp + is_measured * (measured - smoothed(sharp) * scale), dtype=np.float32)
+    is_better = (share > np.float32(min_share)) & (sharp > 0) & (measured > 0)
+    return np.asarray(np.where(is_better, sharp.astype(np.float64), inverse_distance))
+
+
 def _check_sampling(
     inverse_depth: NDArray[np.float32], axes: Float64Array, slope: Float64Array, bearing: Float64Array
 ) -> None:

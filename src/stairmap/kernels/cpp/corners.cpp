@@ -130,6 +130,8 @@ nb::tuple find_creases(nb::handle inverse_distance, nb::handle slopes,
         mean /= static_cast<double>(num_rows);
         std::vector<double> tau(num_rows), corner(q.size(), 0.0), meet(q.size()), q_meet(q.size());
         for (int64_t row = 0; row < num_rows; ++row) tau[row] = slope[row] - mean;
+        // A little less than what the angles are held to in the end.
+        const double least_sine = std::sin(min_corner) * (1.0 - 1e-6), least_square = least_sine * least_sine;
         int64_t largest = min_window;
         std::vector<std::array<double, 5>> sums(num_rows + 1);
         for (int64_t strip = 0; strip < num_strips; ++strip) {
@@ -168,9 +170,15 @@ nb::tuple find_creases(nb::handle inverse_distance, nb::handle slopes,
                 const double q_met = low.offset + low.slope * met;
                 if (!(q_met > 0 && std::isfinite(q_met))) continue;
                 // s = 1/Q and z = tau/Q: a surface's inclination is 0 for a tread, a quarter turn for a riser.
-                const double lean_low = std::atan2(q_low - here * low.slope, -low.slope);
+                const double low_x = -low.slope, low_y = q_low - here * low.slope;
+                const double high_x = -high.slope, high_y = q_high - here * high.slope;
+                // Most are flat: the sine of the angle between both tells it at less cost than the angle itself.
+                const double sine = high_x * low_y - high_y * low_x;
+                const double lengths = (low_x * low_x + low_y * low_y) * (high_x * high_x + high_y * high_y);
+                if (min_corner > 0 && min_corner < PI / 2 && !(sine > 0 && sine * sine > least_square * lengths)) continue;
+                const double lean_low = std::atan2(low_y, low_x);
                 if (!(lean_low > min_lean && lean_low < max_lean)) continue;
-                const double lean_high = std::atan2(q_high - here * high.slope, -high.slope);
+                const double lean_high = std::atan2(high_y, high_x);
                 if (!(lean_high > min_upper_lean)) continue;
                 double turn = std::fmod(lean_low - lean_high + PI, 2 * PI);
                 turn = (turn < 0 ? turn + 2 * PI : turn) - PI;

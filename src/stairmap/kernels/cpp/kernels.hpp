@@ -28,6 +28,8 @@ nb::object sample_strips(nb::handle inverse_depth, nb::handle axes, nb::handle s
                          const std::array<double, 6> &view,
                          const std::tuple<int64_t, double, int64_t, int64_t> &means);
 
+nb::object sharpen_scans(nb::handle inverse_distance, nb::handle kernel, int64_t num_rounds, double min_share);
+
 nb::tuple find_jumps(nb::handle inverse_distance, nb::handle slope, nb::handle jump_rows,
                      const std::tuple<double, double, double, double, int64_t, double, double> &limits);
 

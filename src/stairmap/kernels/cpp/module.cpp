@@ -17,6 +17,8 @@ NB_MODULE(_compiled, module) {
     module.def("sample_rays", &stairmap::sample_rays, "inverse_depth"_a, "axes"_a, "slope"_a, "bearing"_a, "view"_a);
     module.def("sample_strips", &stairmap::sample_strips, "inverse_depth"_a, "axes"_a, "slope"_a, "bearing"_a,
                "view"_a, "means"_a);
+    module.def("sharpen_scans", &stairmap::sharpen_scans, "inverse_distance"_a, "kernel"_a, "num_rounds"_a,
+               "min_share"_a);
     module.def("find_jumps", &stairmap::find_jumps, "inverse_distance"_a, "slope"_a, "jump_rows"_a, "limits"_a);
     module.def("find_creases", &stairmap::find_creases, "inverse_distance"_a, "slope"_a, "limits"_a);
     module.def("find_edge_turns", &stairmap::find_edge_turns, "corners"_a, "bearing"_a, "limits"_a, "max_turns"_a);

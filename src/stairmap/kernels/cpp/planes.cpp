@@ -50,26 +50,22 @@ nb::tuple fit_window_planes(nb::handle inverse_depth,
         const float floor = static_cast<float>(residual_floor);
         const int64_t reach_u = window_width / 2, reach_v = window_height / 2;
         // Sums over the columns of each window, for every row, then over the rows of the window.
-        std::vector<double> across(static_cast<size_t>(NUM * height * num_columns)), running(width + 1, 0.0);
-        std::vector<float> values(width);
+        std::vector<double> across(static_cast<size_t>(NUM * height * num_columns)), running(NUM * (width + 1), 0.0);
         const auto sums_of = [&](int64_t row, int64_t k) { return &across[(row * NUM + k) * num_columns]; };
         for (int64_t row = 0; row < height; ++row) {
             const float *w = &weight[row * width], *q = &mean[row * width], *square = &squares[row * width];
             const float ray = v[row];
-            for (int64_t k = 0; k < NUM; ++k) {
-                const float *value = k == 0 ? w : k == 1 ? q : k == 2 ? square : values.data();
-                if (k > 2) {
-                    const float *factor = k % 2 ? w : q;
-                    if (k < 5)
-                        for (int64_t i = 0; i < width; ++i) values[i] = factor[i] * u[i];
-                    else
-                        for (int64_t i = 0; i < width; ++i) values[i] = factor[i] * ray;
-                }
-                for (int64_t i = 0; i < width; ++i) running[i + 1] = running[i] + value[i];
-                double *sums = sums_of(row, k);
-                for (int64_t place = 0; place < num_columns; ++place)
-                    sums[place] = running[std::min(2 * place + reach_u + 1, width)] -
-                                  running[std::max<int64_t>(2 * place - reach_u, 0)];
+            // All moments together: none waits for the sums of another.
+            for (int64_t i = 0; i < width; ++i) {
+                const float values[NUM] = {w[i], q[i], square[i], w[i] * u[i], q[i] * u[i], w[i] * ray, q[i] * ray};
+                const double *before = &running[NUM * i];
+                double *after = &running[NUM * (i + 1)];
+                for (int64_t k = 0; k < NUM; ++k) after[k] = before[k] + static_cast<double>(values[k]);
+            }
+            for (int64_t place = 0; place < num_columns; ++place) {
+                const double *last = &running[NUM * std::min(2 * place + reach_u + 1, width)];
+                const double *first = &running[NUM * std::max<int64_t>(2 * place - reach_u, 0)];
+                for (int64_t k = 0; k < NUM; ++k) sums_of(row, k)[place] = last[k] - first[k];
             }
         }
         std::vector<double> window(static_cast<size_t>(NUM * num_columns));

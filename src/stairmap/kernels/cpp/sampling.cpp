@@ -172,7 +172,61 @@ void sum_samples(const float *cells, size_t num_samples, size_t num_strips, floa
     }
 }
 
+// Adds the rows about each row, with the weights of a kernel; rows beyond the first and the last are those.
+STAIRMAP_VECTORS
+void smooth_rows(const float *values, size_t num_rows, size_t width, const float *kernel, size_t size,
+                 float *__restrict__ out) {
+    const int64_t reach = static_cast<int64_t>(size / 2), last = static_cast<int64_t>(num_rows) - 1;
+    for (int64_t row = 0; row <= last; ++row) {
+        float *__restrict__ to = out + static_cast<size_t>(row) * width;
+        for (size_t i = 0; i < width; ++i) to[i] = 0.0f;
+        for (size_t k = 0; k < size; ++k) {
+            const int64_t other = row + static_cast<int64_t>(k) - reach;
+            const int64_t inside = other < 0 ? 0 : other > last ? last : other;
+            const float *from = values + static_cast<size_t>(inside) * width;
+            const float weight = kernel[k];
+            for (size_t i = 0; i < width; ++i) to[i] = to[i] + weight * from[i];
+        }
+    }
+}
+
+STAIRMAP_VECTORS
+void add_difference(const float *__restrict__ again, const float *__restrict__ scale, const float *__restrict__ measured,
+                    const float *__restrict__ is_measured, size_t count, float *__restrict__ sharp) {
+    for (size_t i = 0; i < count; ++i) sharp[i] = sharp[i] + is_measured[i] * (measured[i] - again[i] * scale[i]);
+}
+
 }  // namespace
+
+nb::object sharpen_scans(nb::handle inverse_distance, nb::handle kernel_weights, int64_t num_rounds, double min_share) {
+    Input<double, 2> scans(inverse_distance, "inverse_distance");
+    Input<float, 1> kernel(kernel_weights, "kernel");
+    if (kernel.size() % 2 != 1)
+        refuse("kernel: expected an odd number of weights, got " + std::to_string(kernel.size()));
+    const size_t num_rows = scans.shape(0), width = scans.shape(1), count = scans.size();
+    Output<double> sharpened({num_rows, width});
+    if (count > 0) {
+        nb::gil_scoped_release release;
+        std::vector<float> measured(count), is_measured(count), share(count), scale(count), again(count);
+        for (size_t i = 0; i < count; ++i) {
+            measured[i] = static_cast<float>(scans[i]);
+            is_measured[i] = measured[i] > 0.0f ? 1.0f : 0.0f;
+        }
+        smooth_rows(is_measured.data(), num_rows, width, kernel.data(), kernel.size(), share.data());
+        for (size_t i = 0; i < count; ++i) scale[i] = 1.0f / std::max(share[i], 1e-3f);
+        std::vector<float> sharp = measured;
+        for (int64_t round = 0; round < num_rounds; ++round) {
+            smooth_rows(sharp.data(), num_rows, width, kernel.data(), kernel.size(), again.data());
+            add_difference(again.data(), scale.data(), measured.data(), is_measured.data(), count, sharp.data());
+        }
+        const float least = static_cast<float>(min_share);
+        for (size_t i = 0; i < count; ++i) {
+            const bool is_better = share[i] > least && sharp[i] > 0.0f && measured[i] > 0.0f;
+            sharpened[i] = is_better ? static_cast<double>(sharp[i]) : scans[i];
+        }
+    }
+    return sharpened.object();
+}
 
 nb::object sample_rays(nb::handle inverse_depth, nb::handle axes_rows, nb::handle slopes, nb::handle bearings,
                        const std::array<double, 6> &view) {
