@@ -27,6 +27,23 @@ def look(solid, *, distance, height, down=None, yaw=0.0, detector=DETECTOR):
     return detector.detect(frame_of([solid], pose)), pose
 
 
+def measured(solid, sensor, *, distance, height):
+    """Return the detections of three looks of a sensor with its noise."""
+    pose = pose_looking((-distance, 0.0, height), down=np.radians(30.0))
+    rendering = RayCaster(solid).render(sensor.camera, pose)
+    return [
+        DETECTOR.detect(
+            DepthFrame(
+                stamp_ns=0,
+                depth=sensor.measure(rendering, np.random.default_rng(seed)),
+                camera=sensor.camera,
+                up=pose[2, :3],
+            )
+        )
+        for seed in range(3)
+    ]
+
+
 @pytest.mark.parametrize(
     ("height", "distance"),
     [(0.25, 0.9), (0.25, 1.3), (0.6, 1.0), (0.6, 2.0), (1.0, 1.5), (1.6, 1.8), (1.6, 2.5)],
@@ -58,10 +75,23 @@ def test_the_left_end_comes_first_and_depth_is_that_of_what_is_seen_behind():
     assert drop.distance == pytest.approx(np.hypot(1.2, 1.0), abs=0.03)
 
 
-@pytest.mark.parametrize(("depth", "is_told"), [(0.06, False), (0.08, False), (0.14, True), (0.2, True)])
-def test_a_kerb_is_no_drop_and_what_is_deeper_is(depth, is_told):
-    detection, _ = look(dock(depth), distance=1.2, height=1.0)
+@pytest.mark.parametrize(
+    ("depth", "is_told"),
+    [(0.06, False), (0.08, False), (0.09, False), (0.11, True), (0.12, True), (0.13, True), (0.2, True)],
+)
+@pytest.mark.parametrize(("height", "distance"), [(0.25, 0.7), (0.5, 1.2), (1.0, 1.2), (1.4, 1.4)])
+def test_a_kerb_is_no_drop_and_what_is_deeper_is(depth, is_told, height, distance):
+    detection, _ = look(dock(depth), distance=distance, height=height)
     assert bool(detection.drops) is is_told
+    assert detection.ground is not None
+    if depth > 0.07:  # of less, a frame may take both for one ground
+        assert detection.ground.height == pytest.approx(height, abs=0.012)
+
+
+@pytest.mark.parametrize("sensor_name", ["kinect_v1", "kinect_v2", "d435"])
+def test_every_camera_shows_an_edge_of_twelve_centimetres(sensor_name):
+    detections = measured(dock(0.12), make_sensor(sensor_name, factor=0.5), distance=1.3, height=1.0)
+    assert all(detection.drops for detection in detections)
 
 
 @pytest.mark.parametrize("slope_deg", [3, 5, 8, 12])

@@ -210,7 +210,7 @@ def test_ground_of_any_image(
     axes = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])
     camera = grounds.GroundCamera(20.0, 20.0, size[1] / 2, 3.0, 1e-3)
     limits = grounds.GroundLimits(
-        0.1, 2.0, 0.02, 4, is_known, 0.25, 2, 2, 4.0, 3, 0.08, 0.05, 0.025, 0.012, 5.0, 0.3, 16, 0.25
+        0.1, 2.0, 0.02, 4, is_known, 0.25, 2, 2, 4.0, 1.5, 0.08, 0.05, 0.025, 0.012, 5.0, 0.3, 16, 0.25
     )
     compare(compiled, grounds.fit_ground, image, axes, slope, bearing, camera, limits)
     compare(compiled, grounds.fit_ground, image, rotation(random), slope, bearing, camera, limits)

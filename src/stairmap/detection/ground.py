@@ -47,14 +47,15 @@ and so much more with each metre, for what the plane is tilted by."""
 MAX_TILT = 0.14
 """Slope of the ground against the level by which the frame was sampled: 8 degrees."""
 
-FIT_ROUNDS = 3
-"""Rounds of the fit, each with a tighter limit."""
+REACH_GROWTH = 1.5
+"""The fit reaches so many times as far in each round, from the nearest ground on: what lies lower behind an
+edge has then no part in it."""
 
 FIT_ROW_STEP, FIT_COLUMN_STEP = 3, 3
 """Every so many rows and columns are fitted: a thousand rays tell three numbers well enough."""
 
 FIRST_LIMIT, FIRST_LIMIT_PER_METRE = 0.08, 0.05
-"""Rays within this of the level at the height found are fitted at first, m, and so much more per metre."""
+"""Rays within this of the level at the height found may be fitted, m, and so much more per metre."""
 
 STEADINESS = 5.0
 """Weight of a level plane against the rays': that of five at a metre."""
@@ -180,7 +181,7 @@ def _limits(camera_height: float | None) -> GroundLimits:
         row_step=FIT_ROW_STEP,
         column_step=FIT_COLUMN_STEP,
         max_range=MAX_RANGE,
-        num_rounds=FIT_ROUNDS,
+        reach_growth=REACH_GROWTH,
         first_limit=FIRST_LIMIT,
         first_per_metre=FIRST_LIMIT_PER_METRE,
         noise=NOISE,

@@ -30,10 +30,10 @@ class GroundLimits(NamedTuple):
     ``low``, ``high``: heights of the camera above it, m, which are counted in bins of ``height_bin`` over the
     ``near_rows`` steepest measured rays of each bearing; ``is_known`` where the camera's height is known, so
     that fewer rays will do than ``min_share`` of them. Every ``row_step``-th row and ``column_step``-th
-    column up to ``max_range``, m, is fitted in ``num_rounds``, at first within ``first_limit`` of the plane,
-    m, and so much more per metre, then within ``noise`` and ``noise_per_metre``. ``steadiness``: weight of a
-    level plane; ``least_distance``: nearer rays weigh no more, m. What is seen is counted in ``num_bins``
-    bins of ``range_bin`` m.
+    column up to ``max_range``, m, within ``first_limit`` of the level, m, and ``first_per_metre``, may be
+    fitted: within ``noise`` and ``noise_per_metre`` of the plane, ``reach_growth`` times as far each round.
+    ``steadiness``: weight of a level plane; ``least_distance``: nearer rays weigh no more, m. What is seen
+    is counted in ``num_bins`` bins of ``range_bin`` m.
     """
 
     low: float
@@ -45,7 +45,7 @@ class GroundLimits(NamedTuple):
     row_step: int
     column_step: int
     max_range: float
-    num_rounds: int
+    reach_growth: float
     first_limit: float
     first_per_metre: float
     noise: float
@@ -97,7 +97,7 @@ def fit_ground(
     """Find the plane that the steepest rays meet, and tell all rays by it.
 
     Heights are fitted over forward and lateral distance with the weight of a metre's distance: near ground
-    tells the height, far ground the tilt. Each round counts rays nearer to the plane of the last one.
+    tells the height, far ground the tilt. Each round reaches farther, for rays on the plane of the last one.
 
     Parameters
     ----------
@@ -176,6 +176,8 @@ def _check_ground_limits(limits: GroundLimits) -> None:
         raise ValueError("limits: expected steps and a number of bins above 0, got others")
     if not (limits.height_bin > 0 and 0 <= limits.low <= limits.high < 1e4 * limits.height_bin):
         raise ValueError("limits: expected bins above 0 and heights of at most 10,000 of them, got others")
+    if not (limits.reach_growth > 1.0 and limits.least_distance > 0.0):
+        raise ValueError("limits: expected a reach that grows from a distance above 0, got others")
 
 
 def _sample_nearest(
@@ -231,16 +233,24 @@ def _fit_plane(
     z = height[rows, columns].astype(np.float64)
     design = np.stack([s, s * across[columns], -np.ones_like(s)], axis=1)
     plane = np.array([0.0, 0.0, first])
-    rounds = max(limits.num_rounds - 1, 1)
-    for number in range(limits.num_rounds):
-        limit = limits.first_limit + (limits.noise - limits.first_limit) * number / rounds
-        chosen = np.abs(z - design @ plane) < limit + limits.noise_per_metre * s
-        if np.count_nonzero(chosen) < max(limits.near_rows, 3):
+    weighted = design / np.maximum(s, limits.least_distance)[:, None] ** 2
+    tolerance = limits.noise + limits.noise_per_metre * s
+    num_least = max(limits.near_rows, 3)
+    if len(s) < num_least:
+        return None
+    reach = limits.reach_growth * max(
+        float(np.partition(s, num_least - 1)[num_least - 1]), limits.least_distance
+    )
+    while reach < limits.reach_growth * limits.max_range:
+        chosen = (np.abs(z - design @ plane) < tolerance) & (s < reach)
+        if np.count_nonzero(chosen) < num_least:
             return None
-        weighted = design[chosen] / np.maximum(s[chosen], limits.least_distance)[:, None] ** 2
         # A little of the level plane keeps what few rays leave open.
-        information = weighted.T @ design[chosen] + np.diag([limits.steadiness, limits.steadiness, 0.0])
-        plane = np.linalg.solve(information, weighted.T @ z[chosen])
+        information = weighted[chosen].T @ design[chosen] + np.diag(
+            [limits.steadiness, limits.steadiness, 0.0]
+        )
+        plane = np.linalg.solve(information, weighted[chosen].T @ z[chosen])
+        reach *= limits.reach_growth
     return plane
 
 

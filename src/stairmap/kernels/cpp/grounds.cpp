@@ -21,7 +21,7 @@ struct Limits {
     double min_share;
     int64_t row_step, column_step;
     double max_range;
-    int64_t num_rounds;
+    double reach_growth;
     double first_limit, first_per_metre, noise, noise_per_metre, steadiness, least_distance;
     int64_t num_bins;
     double range_bin;
@@ -172,15 +172,18 @@ bool fit_plane(const float *distance, const float *height, const std::vector<flo
                                 static_cast<double>(z)});
         }
     plane[0] = plane[1] = 0.0, plane[2] = first;
-    const double rounds = static_cast<double>(std::max<int64_t>(limits.num_rounds - 1, 1));
-    for (int64_t number = 0; number < limits.num_rounds; ++number) {
-        const double limit =
-            limits.first_limit + (limits.noise - limits.first_limit) * static_cast<double>(number) / rounds;
+    const size_t num_least = static_cast<size_t>(std::max<int64_t>(limits.near_rows, 3));
+    if (rays.size() < num_least) return false;
+    std::vector<double> forward;
+    for (const auto &ray : rays) forward.push_back(ray[0]);
+    std::nth_element(forward.begin(), forward.begin() + static_cast<std::ptrdiff_t>(num_least - 1), forward.end());
+    double reach = limits.reach_growth * std::max(forward[num_least - 1], limits.least_distance);
+    for (; reach < limits.reach_growth * limits.max_range; reach *= limits.reach_growth) {
         double matrix[3][3] = {}, vector[3] = {};
-        int64_t num_near = 0;
+        size_t num_near = 0;
         for (const auto &[s, t, z] : rays) {
             const double off = z - (s * plane[0] + t * plane[1] - plane[2]);
-            if (!(std::abs(off) < limit + limits.noise_per_metre * s)) continue;
+            if (!(std::abs(off) < limits.noise + limits.noise_per_metre * s && s < reach)) continue;
             ++num_near;
             const double nearest = std::max(s, limits.least_distance), weight = 1.0 / (nearest * nearest);
             const double design[3] = {s, t, -1.0};
@@ -189,7 +192,7 @@ bool fit_plane(const float *distance, const float *height, const std::vector<flo
                 vector[i] += weight * design[i] * z;
             }
         }
-        if (num_near < std::max<int64_t>(limits.near_rows, 3)) return false;
+        if (num_near < num_least) return false;
         // A little of the level plane keeps what few rays leave open.
         matrix[0][0] += limits.steadiness, matrix[1][1] += limits.steadiness;
         if (!solve_three(matrix, vector, plane)) return false;
@@ -201,7 +204,7 @@ bool fit_plane(const float *distance, const float *height, const std::vector<flo
 
 nb::tuple fit_ground(nb::handle inverse_depth, nb::handle axes_rows, nb::handle slopes, nb::handle bearings,
                      const std::array<double, 5> &camera,
-                     const std::tuple<double, double, double, int64_t, bool, double, int64_t, int64_t, double, int64_t,
+                     const std::tuple<double, double, double, int64_t, bool, double, int64_t, int64_t, double, double,
                                       double, double, double, double, double, double, int64_t, double> &limit_values) {
     Input<float, 2> image(inverse_depth, "inverse_depth");
     Input<double, 2> axes(axes_rows, "axes");
@@ -214,6 +217,8 @@ nb::tuple fit_ground(nb::handle inverse_depth, nb::handle axes_rows, nb::handle 
     if (!(limits.height_bin > 0 && 0 <= limits.low && limits.low <= limits.high &&
           limits.high < 1e4 * limits.height_bin))
         refuse("limits: expected bins above 0 and heights of at most 10,000 of them, got others");
+    if (!(limits.reach_growth > 1.0 && limits.least_distance > 0.0))
+        refuse("limits: expected a reach that grows from a distance above 0, got others");
     const size_t num_rows = slope.size(), num_columns = bearing.size();
     const size_t num_bins = static_cast<size_t>(limits.num_bins);
     std::vector<float> across(num_columns), distance(num_rows * num_columns), height(num_rows * num_columns);

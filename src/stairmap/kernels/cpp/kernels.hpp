@@ -85,7 +85,7 @@ nb::tuple compare_with_line(nb::tuple rays, nb::tuple table,
 
 nb::tuple fit_ground(nb::handle inverse_depth, nb::handle axes, nb::handle slope, nb::handle bearing,
                      const std::array<double, 5> &camera,
-                     const std::tuple<double, double, double, int64_t, bool, double, int64_t, int64_t, double, int64_t,
+                     const std::tuple<double, double, double, int64_t, bool, double, int64_t, int64_t, double, double,
                                       double, double, double, double, double, double, int64_t, double> &limits);
 
 nb::tuple find_ledges(nb::handle crossing, nb::handle height, double camera_height,
