@@ -106,8 +106,8 @@ def find_row_ends(
     position, bounded, cut = [], [], []
     for inner, side in ((first, -1), (last, 1)):
         # Bearings fall from left to right, so the first column is the left end.
-        is_bounded, is_free, is_cut = _look_outward(grid, (row, inner, side), outward, limits)
-        position.append(_end_positions(grid, (row, inner, side), is_free, limits))
+        is_bounded, is_free, is_cut, wall = _look_outward(grid, (row, inner, side), outward, limits)
+        position.append(_end_positions(grid, (row, inner, side), (is_free, wall), limits))
         bounded.append(is_bounded)
         cut.append(is_cut)
     middle = entry[row, cells.shape[1] // 2]
@@ -150,8 +150,9 @@ def _longest_runs(grid: _Grid, limits: RowLimits) -> tuple[IntArray, IntArray, I
 
 def _look_outward(
     grid: _Grid, end: tuple[IntArray, IntArray, int], outward: Float64Array, limits: RowLimits
-) -> tuple[Mask, Mask, Mask]:
-    """Whether each end is the step's own, is so before something farther, and was cut."""
+) -> tuple[Mask, Mask, Mask, Float64Array]:
+    """Whether each end is the step's own, is so before something farther, and was cut; lateral position of
+    the wall that stands there, m, or NaN."""
     row, inner, side = end
     num_columns = grid.q.shape[1]
     distance, own = grid.distance[row, inner], grid.q[row, inner]
@@ -183,15 +184,21 @@ def _look_outward(
     at_wall = hidden & touches & (first_farther == never)
     at_wall &= is_wall.sum(axis=1) > 0.5 * is_nearer.sum(axis=1)
     cut = ~is_free & ~hidden & (first_outside < never)
-    return is_free | at_wall, is_free, (hidden & ~at_wall) | cut
+    wall = np.where(at_wall, t[np.arange(len(t)), np.argmax(is_wall, axis=1)], np.nan)
+    return is_free | at_wall, is_free, (hidden & ~at_wall) | cut, wall
 
 
 def _end_positions(
-    grid: _Grid, end: tuple[IntArray, IntArray, int], is_free: Mask, limits: RowLimits
+    grid: _Grid,
+    end: tuple[IntArray, IntArray, int],
+    beside: tuple[Mask, Float64Array],
+    limits: RowLimits,
 ) -> Float64Array:
-    """Lateral position of each row's end, m: half a column past the last one on the step, or, where a sensor
-    made a ramp of the end, where inverse distance is halfway to what follows."""
+    """Lateral position of each row's end, m: where a wall stands within a column past the last one on the
+    step, else half a column past it, or, where a sensor made a ramp of the end, where inverse distance is
+    halfway to what follows."""
     row, inner, side = end
+    is_free, wall = beside
     num_columns = grid.q.shape[1]
     column = inner[:, None] + side * np.arange(1, limits.max_ramp + 1)
     in_image = (column >= 0) & (column < num_columns)
@@ -204,4 +211,7 @@ def _end_positions(
     num_more = np.where(is_free, is_ramp.sum(axis=1), 0)
     # Where the last ray met something: a wall, or a side that recedes from the end, stands at its own place.
     met = grid.lateral[row, inner] * own / grid.q[row, inner]
-    return np.asarray(met - side * (num_more + 0.5 - limits.shift * is_free) * grid.spacing(row))
+    more = (num_more + 0.5 - limits.shift * is_free) * grid.spacing(row)
+    # What stands farther inside than the last ray on the step, a post, does not end it.
+    at_wall = np.clip(-side * (wall - met), 0.0, grid.spacing(row))
+    return np.asarray(met - side * np.where(np.isnan(wall), more, at_wall))

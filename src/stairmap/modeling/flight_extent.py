@@ -18,9 +18,13 @@ MIN_FIRST_EDGES = 5
 MIN_WIDER, MAX_WIDER = 0.03, 0.16
 """How much wider the first step is where posts or stringers are the reason, both sides together, m."""
 
-DRIFT_ACROSS = 0.75
+DRIFT_ACROSS = 0.6
 """How much of the spread of the middles of a flight's edges is the standard deviation of its middle: all
 weigh alike, but not all of it is drift."""
+
+SYSTEMATIC_WIDTH_STD, SYSTEMATIC_MIDDLE_STD = 0.003, 0.005
+"""What no number of edges averages out of the width and of the middle, m: how a sensor shows an edge, and how
+poses are turned against the camera."""
 
 MIN_OPEN_EDGES, MIN_OPEN_SHARE = 5, 0.2
 """Fewest edges without an end on a side, and their smallest share of all, that tell how far it reaches at
@@ -74,11 +78,13 @@ def find_extent(
     if np.count_nonzero(both) >= max(3, MIN_ENDS_SHARE * len(edges)):
         widths, middles = (left - right)[both], 0.5 * (left + right)[both]
         width, middle = float(np.median(widths)), float(np.median(middles))
-        spread, middle_spread = (
-            1.48 * float(np.median(np.abs(values - np.median(values)))) for values in (widths, middles)
-        )
+        spread = 1.48 * float(np.median(np.abs(widths - width)))
+        # Drift shows in all frames that saw one end, not only where both were seen.
+        sides = np.concatenate([left[left_bounded] - width / 2, right[right_bounded] + width / 2])
+        low, high = np.percentile(sides, (16.0, 84.0)).tolist()
+        middle_spread = 0.5 * (high - low)
         samples = max(len(widths) / EDGES_PER_SAMPLE, 1.0)
-        width_std = float(np.hypot(0.005, spread / np.sqrt(samples)))
+        width_std = float(np.hypot(SYSTEMATIC_WIDTH_STD, spread / np.sqrt(samples)))
         first = both & is_first
         if np.count_nonzero(first) >= MIN_FIRST_EDGES:
             wider = float(np.median((left - right)[first])) - width
@@ -90,7 +96,7 @@ def find_extent(
             True,
             True,
             width_std,
-            float(np.hypot(0.005, DRIFT_ACROSS * middle_spread)),
+            float(np.hypot(SYSTEMATIC_MIDDLE_STD, DRIFT_ACROSS * middle_spread)),
         )
     ends = []
     for values, bounded, sign in (

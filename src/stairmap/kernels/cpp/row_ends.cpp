@@ -53,7 +53,7 @@ End look_past(const Row &row, int64_t inner, int64_t side, const Input<double, 1
     const double tolerance = (limits.depth_step + limits.depth_step_square * (distance * distance)) / distance;
     const int64_t never = static_cast<int64_t>(outward.size());
     int64_t first_nearer = never, first_farther = never, first_outside = never, num_nearer = 0, num_wall = 0;
-    double begins = 0.0;
+    double begins = 0.0, wall = 0.0;
     for (int64_t k = 0; k < never; ++k) {
         double steps = std::ceil(outward[k] / row.spacing);
         if (!(steps < static_cast<double>(row.count + 1))) steps = static_cast<double>(row.count + 1);
@@ -69,7 +69,7 @@ End look_past(const Row &row, int64_t inner, int64_t side, const Input<double, 1
             // Where the nearer thing stands: across at its own distance, not the step's.
             const double t = row.lateral[column] / row.distance[column] / q;
             const double past = static_cast<double>(-side) * (t - row.lateral[inner]);
-            num_wall += past > limits.wall_near && past < limits.wall_far;
+            if (past > limits.wall_near && past < limits.wall_far && ++num_wall == 1) wall = t;
         }
         if (q > 0 && q < own * (1 - tolerance)) first_farther = std::min(first_farther, k);
     }
@@ -96,9 +96,15 @@ End look_past(const Row &row, int64_t inner, int64_t side, const Input<double, 1
     }
     // Where the last ray met something: a wall, or a side that recedes from the end, stands at its own place.
     const double met = row.lateral[inner] * expected / row.q[inner];
+    // The step ends where the wall stands, which is within a column past the last ray; what stands farther
+    // inside, a post, does not end it.
+    if (at_wall) {
+        const double past = static_cast<double>(-side) * (wall - met);
+        return {met - static_cast<double>(side) * std::min(std::max(past, 0.0), row.spacing), true, false};
+    }
     const double more = static_cast<double>(num_more) + 0.5 - (is_free ? limits.shift : 0.0);
-    return {met - static_cast<double>(side) * more * row.spacing, is_free || at_wall,
-            (is_hidden && !at_wall) || is_cut};
+    return {met - static_cast<double>(side) * more * row.spacing, is_free,
+            is_hidden || is_cut};
 }
 
 }  // namespace
