@@ -1,8 +1,8 @@
 """Drive robots to edges of the ground and write the section "edges" of BENCHMARKS.md.
 
 Each drive comes up to an edge at 0.5 m/s, 10 frames a second, with the errors of odometry, and stops 0.45 m
-before it: stairs that lead down, docks, wells. Others drive over grounds that do not end. All is drawn from
-seeds: the same commit gives the same table.
+before it: stairs that lead down, docks, wells, and voids behind which no sensor measures anything. Others
+drive over grounds that do not end. All is drawn from seeds: the same commit gives the same table.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from stairmap.simulation.sensors import make_sensor
 from stairmap.simulation.simulate import Simulation
 from stairmap.transforms import invert_transform, transform_points
 
-KINDS: tuple[EdgeKind, ...] = ("stairs", "dock", "well")
+KINDS: tuple[EdgeKind, ...] = ("stairs", "dock", "well", "void")
 GROUNDS: tuple[EdgeKind, ...] = ("ramp", "kerb", "hall")
 NUM_DRIVES, NUM_NEGATIVES = 10, 6
 """Drives of each kind with an edge, and of each without one."""

@@ -101,6 +101,7 @@ def main(buildings: Path, folder: Path) -> None:
         if not run.exists():
             stairmap("run", recording, "--robot", robot, "-o", run)
         picture = IMAGES / f"navigation-{name}-verdicts.png"
+        picture.unlink(missing_ok=True)  # a command overwrites nothing
         stairmap(
             "check", run, "--robot", "spot", "--robot", "b2", "--robot", "go2", "--robot", "wheeled",
             "--code", "ibc", "--code", "uk_k_general", "--picture", picture,

@@ -25,6 +25,17 @@ def dock(depth: float, *, wall_at: float = 4.0) -> TriangleMesh:
     )
 
 
+def deep_dock() -> TriangleMesh:
+    """Ground that ends at x = 0 over nothing that any sensor sees."""
+    return make_block((-8, -4, -30), (0, 4, 0.0))
+
+
+def deep_well() -> TriangleMesh:
+    """Ground about a well from x = 0 to 2, 2 m wide, of which no sensor sees the bottom or a side."""
+    parts = [((-8, -4), (0, 4)), ((2, -4), (6, 4)), ((0, 1), (2, 4)), ((0, -4), (2, -1))]
+    return joined([*(make_rectangle(*part, 0.0) for part in parts), make_wall((6, -4), (6, 4), 0.0, 3.0)])
+
+
 def stairs_down(num_risers: int = 14, rise: float = 0.17, run: float = 0.28) -> TriangleMesh:
     """A flight down along +x whose top nosing is at x = 0, between walls, with a wall at its foot."""
     profile = [(-8.0, -4.0), (-8.0, 0.0), (0.0, 0.0)]

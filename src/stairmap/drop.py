@@ -24,7 +24,8 @@ class Drop:
     edge
         (2, 3) segment on the upper ground, m, map; the left end first as seen from that ground.
     depth
-        How far below the edge lies what was seen nearest behind it, m: at least so deep is the drop.
+        How far below the edge lies what was seen nearest behind it, m: at least so deep is the drop. ``None``
+        where nothing was ever measured behind it: a deep well, or a floor that gives no returns.
     num_observations
         Number of frames that showed it.
     first_seen_ns, last_seen_ns
@@ -35,7 +36,7 @@ class Drop:
 
     id: int
     edge: Points
-    depth: float
+    depth: float | None
     num_observations: int
     first_seen_ns: int
     last_seen_ns: int
@@ -66,7 +67,7 @@ class Drop:
         return {
             "id": self.id,
             "edge": rounded(self.edge),
-            "depth": rounded(self.depth),
+            "depth": None if self.depth is None else rounded(self.depth),
             "num_observations": self.num_observations,
             "first_seen_ns": self.first_seen_ns,
             "last_seen_ns": self.last_seen_ns,

@@ -21,7 +21,7 @@ class SavedDrop(CheckedModel):
 
     id: Count
     edge: Annotated[list[Place], Field(min_length=2, max_length=2)]
-    depth: Annotated[float, Field(gt=0, le=MAX_DROP_DEPTH)]
+    depth: Annotated[float, Field(gt=0, le=MAX_DROP_DEPTH)] | None
     num_observations: Count
     first_seen_ns: Stamp
     last_seen_ns: Stamp

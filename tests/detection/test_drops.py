@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from analytic_stairs import pose_looking
-from drop_scenes import dock, ramp_down, stairs_down
+from drop_scenes import deep_dock, deep_well, dock, ramp_down, stairs_down
 from solid_scenes import frame_of, room
 from stairmap.config import Config
 from stairmap.detection.detector import StairEdgeDetector
 from stairmap.frame import DepthFrame
 from stairmap.simulation.render import RayCaster
 from stairmap.simulation.sensors import make_sensor
-from stairmap.simulation.triangle_mesh import joined, make_block, make_rectangle
+from stairmap.simulation.triangle_mesh import joined, make_block, make_rectangle, make_wall
 from stairmap.transforms import transform_points
 
 DETECTOR = StairEdgeDetector(Config())
@@ -150,9 +150,48 @@ def test_every_sensor_shows_stairs_that_lead_down(sensor_name, height):
     assert max(float(np.abs(edge[:, 0]).max()) for edge in edges) < 0.08
 
 
+@pytest.mark.parametrize("sensor_name", ["kinect_v1", "kinect_v2", "d435", "phone_lidar"])
+@pytest.mark.parametrize("solid", [deep_dock(), deep_well()], ids=["dock", "well"])
+def test_ground_that_ends_before_nothing_measured_is_a_void_and_no_drop(solid, sensor_name):
+    for detection in measured(solid, make_sensor(sensor_name, factor=0.5), distance=1.3, height=1.0):
+        assert detection.drops == ()
+        # From the camera's foot, which lies under it.
+        edges = np.array([void.edge for void in detection.voids]) @ detection.ground.forward
+        assert len(edges) and np.abs(edges - 1.3).max() < 0.08
+        assert np.isnan(detection.voids[0].depth)
+
+
+@pytest.mark.parametrize("height", [0.25, 0.6, 1.3])
+@pytest.mark.parametrize(
+    "solid", [room(), dock(0.06), dock(0.6), stairs_down()], ids=["room", "kerb", "dock", "stairs"]
+)
+def test_ground_that_goes_on_or_lies_lower_is_no_void(solid, height):
+    for distance in (0.9, 1.5):
+        assert look(solid, distance=distance, height=height)[0].voids == ()
+
+
+def test_a_thing_with_a_dark_foot_is_no_void():
+    cabinet = joined([make_rectangle((-8, -4), (0, 4), 0.0), make_wall((0.05, -4), (0.05, 4), 0.35, 2.0)])
+    detection, _ = look(cabinet, distance=1.3, height=1.0)
+    assert detection.ground is not None and detection.voids == ()
+
+
+def test_a_thing_before_nothing_measured_is_no_void():
+    parapet = joined([make_rectangle((-8, -4), (0, 4), 0.0), make_block((-0.4, -4, 0), (0, 4, 0.3))])
+    detection, _ = look(parapet, distance=1.6, height=1.0)
+    assert detection.ground is not None and detection.voids == ()
+
+
+def test_a_dark_patch_that_a_robot_steps_over_is_no_void():
+    near, far = make_rectangle((-8, -4), (0, 4), 0.0), make_rectangle((0.4, -4), (8, 4), 0.0)
+    assert look(joined([near, far]), distance=1.3, height=1.0)[0].voids == ()
+
+
 def test_a_frame_tells_its_drops_in_its_line():
     detection, _ = look(dock(0.5), distance=1.2, height=1.0)
     line = detection.to_dict()
     assert line["camera_height"] == pytest.approx(1.0, abs=0.005)
     assert np.shape(line["drops"][0]["edge"]) == (2, 3)
     assert line["drops"][0]["depth"] == pytest.approx(0.5, abs=0.03)
+    void = look(deep_dock(), distance=1.2, height=1.0)[0].to_dict()["drops"]
+    assert [edge["depth"] for edge in void] == [None]

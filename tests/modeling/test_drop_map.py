@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analytic_stairs import pose_looking
-from drop_scenes import dock, ramp_down, stairs_down
+from drop_scenes import deep_dock, deep_well, dock, ramp_down, stairs_down
 from solid_scenes import frame_of
 from stairmap.config import Config
 from stairmap.drop import Drop
@@ -49,6 +49,35 @@ def test_a_dock_is_one_drop_with_its_place_depth_and_direction():
     assert drop.depth == pytest.approx(0.8, abs=0.05)
     assert drop.stairway_id is None
     assert session.camera_height == pytest.approx(HEIGHT, abs=0.005)
+
+
+@pytest.mark.parametrize("solid", [deep_dock(), deep_well()], ids=["dock", "well"])
+def test_an_edge_behind_which_nothing_is_ever_measured_is_a_drop_of_unknown_depth(solid):
+    session = drive(MapSession(), solid, np.linspace(2.0, 0.9, 12))
+    (drop,) = front_edges(session.drops())
+    assert drop.depth is None
+    assert np.abs(drop.edge[:, 0]).max() < 0.08
+    assert drop.outward == pytest.approx([1, 0, 0], abs=0.05)
+    assert Drop.from_dict(drop.to_dict()).depth is None
+    again = MapSession()
+    again.restore(session.state())
+    assert front_edges(again.drops())[0].depth is None
+
+
+def test_a_robot_that_stands_does_not_take_the_end_of_what_it_sees_for_an_edge():
+    assert drive(MapSession(), deep_dock(), [1.3] * 12).drops() == ()
+    # Nor does one that drives, and sees no farther than 1.6 m.
+    short = MapSession(Config.model_validate({"detection": {"max_depth": 1.6}}))
+    drive(short, PLAIN, np.linspace(3.0, 0.5, 26))
+    assert len(short.state().ground_edges) > 10
+    assert short.drops() == ()
+
+
+def test_what_is_seen_lower_once_tells_the_depth_of_an_edge_with_nothing_behind_it():
+    session = drive(MapSession(), deep_dock(), np.linspace(2.0, 1.4, 7))
+    drive(session, dock(0.8), [1.3, 1.2, 1.1], first=7)
+    (drop,) = session.drops()
+    assert drop.depth == pytest.approx(0.8, abs=0.05)
 
 
 def test_two_frames_are_not_enough_and_three_are():

@@ -132,7 +132,7 @@ def _make_drop(drop: Drop) -> stairmap_msgs.Drop:
         id=drop.id,
         left=point_from(left),
         right=point_from(right),
-        depth=float(drop.depth),
+        depth=float("nan") if drop.depth is None else drop.depth,
         num_observations=drop.num_observations,
         first_seen=time_from_ns(drop.first_seen_ns),
         last_seen=time_from_ns(drop.last_seen_ns),

@@ -121,8 +121,8 @@ class StairwayMap:
         kinds = {
             ViewKind.STAIRS: bool(detection),
             ViewKind.MISSED_STAIRS: any(look.is_absent for look in looks),
-            ViewKind.DROP: bool(detection.drops),
-            ViewKind.GROUND: detection.ground is not None and not detection.drops,
+            ViewKind.DROP: bool(detection.drops or detection.voids),
+            ViewKind.GROUND: detection.ground is not None and not (detection.drops or detection.voids),
         }
         wanted = [
             kind

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,6 +32,8 @@ def test_a_drop_keeps_its_place_depth_and_stamps() -> None:
     assert message.header.frame_id == "map"
     assert (told.left.y, told.right.y, told.depth) == (0.5, -0.5, 0.8)
     assert (told.stairway, told.last_seen.sec, told.last_seen.nanosec) == (0, 2, 5)
+    (void,) = make_drop_array([replace(drop, depth=None)], HEADER).drops
+    assert math.isnan(void.depth)
 
 
 def test_a_mask_keeps_cells_origin_and_height() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from stairmap.arrays import Float64Array, Vector
 from stairmap.config import Config
 from stairmap.detection.candidate import Candidate, Scene, examine
-from stairmap.detection.drops import find_drops
+from stairmap.detection.drops import find_drops, find_voids
 from stairmap.detection.elevation import Elevation, make_elevation, sharpened
 from stairmap.detection.fit import MIN_NOISE
 from stairmap.detection.ground import sample_ground
@@ -114,6 +114,7 @@ class StairEdgeDetector:
             stamp_ns=frame.stamp_ns, observations=observations, rejections=rejections, trace=picture,
             ground=None if ground is None else ground.view,
             drops=() if ground is None else find_drops(ground),
+            voids=() if ground is None else find_voids(ground),
         )  # fmt: skip
 
     def _find_candidates(

@@ -3,10 +3,14 @@
 Along each bearing, a ray that ends well below the ground's plane proves that no ground is where it crosses
 that plane. The drop lies between that place and the last ground before it. Ground that falls slowly, as on a
 ramp, is seen all the way down: only where height changes from one ray to the next is there an edge.
+
+Where ground that was measured without a gap ends and nothing at all is measured behind it, one frame cannot
+tell a deep well from a floor that gives no returns. Such an end is told apart, as a void.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,6 +69,16 @@ LINE_TOLERANCE, LINE_TOLERANCE_SHARE = 0.03, 0.015
 MIN_LENGTH, MIN_PLACES = 0.20, 5
 """Shortest edge, m, and fewest bearings that show it: no robot falls through what is narrower."""
 
+MIN_VOID, MIN_VOID_ROWS = 0.5, 4
+"""Shortest stretch of ground, m, and fewest rays, without any measurement that make a void: dark patches,
+and shadows of a projector behind low things, are mostly shorter."""
+
+MAX_VOID_DISTANCE = 2.5
+"""Farthest void, m: farther ground is often not measured."""
+
+MIN_VOID_LENGTH = 0.4
+"""Shortest edge of a void, m: shadows of a projector beside things are narrower."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DropEdge:
@@ -76,6 +90,7 @@ class DropEdge:
         (2, 3) segment on the ground, m, left end first as seen from the ground before it.
     depth
         How far below the edge lies what was seen nearest behind it, m; the ground there may lie lower still.
+        NaN at a void.
     num_rays
         Bearings that show it.
     """
@@ -89,7 +104,8 @@ class DropEdge:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the edge as it stands in ``detections.jsonl``."""
-        return {"edge": np.round(self.edge, 4).tolist(), "depth": round(self.depth, 4)}
+        depth = None if math.isnan(self.depth) else round(self.depth, 4)
+        return {"edge": np.round(self.edge, 4).tolist(), "depth": depth}
 
     @property
     def distance(self) -> float:
@@ -111,7 +127,7 @@ class EdgePlaces:
     place
         (N, 2) forward and leftward distance along the ground, m.
     depth
-        (N,) how far below the ground the first lower thing lies, m.
+        (N,) how far below the ground the first lower thing lies, m; NaN at a void.
     """
 
     column: IntArray
@@ -121,9 +137,55 @@ class EdgePlaces:
 
 def find_drops(samples: GroundSamples) -> tuple[DropEdge, ...]:
     """Return the edges of the ground in a frame, nearest first."""
-    places = find_edge_places(samples)
+    return _straight_edges(find_edge_places(samples), samples, MIN_LENGTH)
+
+
+def find_voids(samples: GroundSamples) -> tuple[DropEdge, ...]:
+    """Return where the ground of a frame ends and nothing is measured behind it, nearest first."""
+    return _straight_edges(find_void_places(samples), samples, MIN_VOID_LENGTH)
+
+
+def find_void_places(samples: GroundSamples) -> EdgePlaces:
+    """Return along which bearings ground ends and nothing is measured where it would go on.
+
+    What stands right behind the gap is no void: a thing whose foot is dark.
+    """
+    height, crossing = samples.height, samples.crossing
+    num_rows = len(height)
+    is_measured = np.isfinite(height)
+    is_dark = ~is_measured
+    for step in range(1, min(MIN_VOID_ROWS - 1, num_rows)):
+        is_dark[:-step] &= ~is_measured[step:]
+    # Most bearings have no gap at all.
+    with_gap = np.flatnonzero(is_dark[: 1 - MIN_VOID_ROWS].any(axis=0))
+    if not len(with_gap):
+        return EdgePlaces(column=with_gap, place=np.zeros((0, 2)), depth=np.zeros(0))
+    height, crossing, is_measured = height[:, with_gap], crossing[:, with_gap], is_measured[:, with_gap]
+    rows = np.arange(num_rows, dtype=np.int32)[:, None]
+    last = np.maximum.accumulate(np.where(is_measured, rows, np.int32(-1)), axis=0)
+    # A gap ends at a measured ray or at the border of the image; the ray before it is the last on the ground.
+    is_end = is_measured[1:] | (rows[1:] == num_rows - 1)
+    is_long = is_end & (rows[1:] - last[:-1] >= MIN_VOID_ROWS) & (last[:-1] >= LAST_GROUND - 1)
+    end, column = np.nonzero(is_long)
+    start, end = last[end, column], end + 1
+    low, high = crossing[start, column], crossing[end, column]
+    window = start - np.arange(LAST_GROUND)[:, None]
+    with np.errstate(invalid="ignore"):  # infinite where a ray never meets the ground
+        is_void = (high - low >= MIN_VOID) & (low < MAX_VOID_DISTANCE)
+        is_void &= ~(high * (1.0 - height[end, column] / samples.view.height) < low + MIN_VOID)
+        tolerance = NOISE + NOISE_PER_METRE * crossing[window, column]
+        is_void &= (np.abs(height[window, column]) < tolerance).all(axis=0)
+    # In the order of rows, the first of each bearing is the nearest.
+    column, nearest = np.unique(with_gap[column[is_void]], return_index=True)
+    distance = low[is_void][nearest].astype(np.float64) + MAX_SHIFT
+    place = np.stack([distance, distance * samples.view.bearing[column]], axis=1)
+    return EdgePlaces(column=column, place=place, depth=np.full(len(column), np.nan))
+
+
+def _straight_edges(places: EdgePlaces, samples: GroundSamples, min_length: float) -> tuple[DropEdge, ...]:
+    """The straight edges through places along single bearings, nearest first."""
     edges = [
-        _edge_from_places(places, piece, samples)
+        _edge_from_places(places, piece, samples, min_length)
         for run in _runs(places)
         for piece in _straight_pieces(places.place, run)
     ]
@@ -188,14 +250,16 @@ def _straight_pieces(place: Float64Array, run: IntArray) -> list[IntArray]:
     return pieces
 
 
-def _edge_from_places(places: EdgePlaces, piece: IntArray, samples: GroundSamples) -> DropEdge | None:
+def _edge_from_places(
+    places: EdgePlaces, piece: IntArray, samples: GroundSamples, min_length: float
+) -> DropEdge | None:
     """The segment through places of one straight piece; ``None`` where it is too short."""
     place = places.place[piece]
     middle = place.mean(axis=0)
     _, _, axes = np.linalg.svd(place - middle, full_matrices=False)
     along = (place - middle) @ axes[0]
     ends = middle + np.outer([along.min(), along.max()], axes[0])
-    if np.hypot(*(ends[1] - ends[0])) < MIN_LENGTH:
+    if np.hypot(*(ends[1] - ends[0])) < min_length:
         return None
     # Columns go from left to right, as the ends must.
     if (ends[1] - ends[0]) @ (place[-1] - place[0]) < 0:

@@ -212,6 +212,9 @@ class Detection:
         The ground in view; ``None`` where none is, or a method does not look for it.
     drops
         Where that ground ends and goes on lower, nearest first, stairs that lead down included.
+    voids
+        Where that ground ends and nothing is measured behind it, nearest first: a deep well, a dock in a hall
+        deeper than the sensor sees, or a floor that gives no returns. One frame cannot tell.
     """
 
     stamp_ns: int
@@ -220,6 +223,7 @@ class Detection:
     trace: DetectionTrace | None = None
     ground: GroundView | None = None
     drops: tuple[DropEdge, ...] = ()
+    voids: tuple[DropEdge, ...] = ()
 
     def __bool__(self) -> bool:
         return bool(self.observations)
@@ -232,5 +236,5 @@ class Detection:
             "observations": [observation.to_dict() for observation in self.observations],
             "rejections": [rejection.to_dict() for rejection in self.rejections],
             "camera_height": None if self.ground is None else round(self.ground.height, 4),
-            "drops": [drop.to_dict() for drop in self.drops],
+            "drops": [drop.to_dict() for drop in (*self.drops, *self.voids)],
         }

@@ -225,9 +225,9 @@ def _fit_plane(
     """(3,) slope along, slope across and height of the camera; ``None`` where too few rays are near it."""
     rows_of, columns_of = slice(None, None, limits.row_step), slice(None, None, limits.column_step)
     distance, height, across = distance[rows_of, columns_of], height[rows_of, columns_of], across[columns_of]
-    reach = np.float32(limits.first_limit) + np.float32(limits.first_per_metre) * distance
+    band = np.float32(limits.first_limit) + np.float32(limits.first_per_metre) * distance
     with np.errstate(invalid="ignore"):
-        near = (distance < np.float32(limits.max_range)) & (np.abs(height + np.float32(first)) < reach)
+        near = (distance < np.float32(limits.max_range)) & (np.abs(height + np.float32(first)) < band)
     rows, columns = np.nonzero(near)
     s = distance[rows, columns].astype(np.float64)
     z = height[rows, columns].astype(np.float64)

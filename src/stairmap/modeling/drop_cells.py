@@ -27,6 +27,10 @@ often an edge was seen, ten frames that look at ground there withdraw it."""
 MIN_DISTANCE = 0.3
 """Edges that are nearer are placed no better, m."""
 
+MIN_APPROACH = 0.3
+"""An edge with nothing measured behind it must be seen from distances that differ by so much, m: where a
+sensor sees no farther, ground seems to end as well, but always as far from the robot."""
+
 ACROSS = (0.20, 0.35)
 """Distances beyond an edge at which a frame must see ground to speak against it, m."""
 
@@ -39,7 +43,7 @@ CELL_FIELDS = np.dtype(
         ("outward", np.float64, 3),
         ("camera_height", np.float64),
         ("depth", np.float64),
-        ("distance", np.float64),
+        ("distance", np.float64, 2),
         ("first_seen_ns", np.int64),
         ("last_seen_ns", np.int64),
     ]
@@ -80,7 +84,7 @@ class DropCells:
 
     @property
     def depth(self) -> Float64Array:
-        """(N,) depth below the edge that the nearest frame saw, m."""
+        """(N,) depth below the edge that the nearest frame saw, m; NaN where none saw anything there."""
         return np.asarray(self._cells["depth"][: len(self)])
 
     @property
@@ -94,8 +98,14 @@ class DropCells:
         return np.asarray(self._cells["last_seen_ns"][: len(self)])
 
     def confirmed(self, min_score: int) -> IntArray:
-        """Return the indices of cells for which so many more frames speak than against them."""
-        return np.flatnonzero(self._cells["score"][: len(self)] >= min_score)
+        """Return the indices of cells for which so many more frames speak than against them.
+
+        Where nothing was ever measured behind the edge, they must come from different distances.
+        """
+        cells = self._cells[: len(self)]
+        nearest, farthest = cells["distance"].T
+        is_sure = np.isfinite(cells["depth"]) | (farthest - nearest >= MIN_APPROACH)
+        return np.flatnonzero((cells["score"] >= min_score) & is_sure)
 
     def add(
         self, view: np.void, edges: np.ndarray[tuple[int], np.dtype[np.void]], map_from_camera: Transform
@@ -142,7 +152,7 @@ class DropCells:
     def _speak_for(self, index: int, place: Points, outward: Points, view: np.void, edge: np.void) -> None:
         cell = self._cells[index]
         if not cell["num_seen"]:
-            cell["first_seen_ns"], cell["distance"] = view["stamp_ns"], np.inf
+            cell["first_seen_ns"], cell["distance"], cell["depth"] = view["stamp_ns"], (np.inf, 0.0), np.nan
         cell["score"] = min(cell["score"] + 1, MAX_SCORE)
         cell["num_seen"] += 1
         # Of an edge twice as far, the same error of a pixel is four times as large.
@@ -152,8 +162,10 @@ class DropCells:
         cell["outward"] += outward
         cell["camera_height"] += view["height"]
         cell["last_seen_ns"] = view["stamp_ns"]
-        if edge["distance"] <= cell["distance"]:
-            cell["distance"], cell["depth"] = edge["distance"], edge["depth"]
+        nearest, farthest = cell["distance"]
+        if np.isnan(cell["depth"]) or (edge["distance"] <= nearest and not np.isnan(edge["depth"])):
+            cell["depth"] = edge["depth"]
+        cell["distance"] = min(nearest, edge["distance"]), max(farthest, edge["distance"])
 
     def _speak_against(self, view: np.void, map_from_camera: Transform) -> None:
         if not len(self):

@@ -83,7 +83,7 @@ class DropMap:
     def add(self, detection: Detection) -> None:
         """Take in what one frame saw of the ground."""
         if detection.ground is not None:
-            self.table.add(detection.stamp_ns, detection.ground, detection.drops)
+            self.table.add(detection.stamp_ns, detection.ground, (*detection.drops, *detection.voids))
 
     def drops(self, trajectory: Trajectory) -> tuple[Drop, ...]:
         """Return the drops as a trajectory places them, by id.
@@ -106,10 +106,11 @@ class DropMap:
 
     def _drop(self, piece: IntArray) -> Drop:
         cells = self._cells
+        depth = cells.depth[piece][np.isfinite(cells.depth[piece])]
         return Drop(
             id=0,
             edge=_edge_of(cells.place[piece], cells.outward[piece]),
-            depth=float(np.median(cells.depth[piece])),
+            depth=float(np.median(depth)) if len(depth) else None,
             num_observations=int(cells.num_seen[piece].max()),
             first_seen_ns=int(cells.first_seen_ns[piece].min()),
             last_seen_ns=int(cells.last_seen_ns[piece].max()),

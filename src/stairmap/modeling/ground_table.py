@@ -28,7 +28,7 @@ along each bearing, a bit for each eighth of a metre in which the ground was see
 EDGE_FIELDS = np.dtype(
     [("stamp_ns", np.int64), ("edge", np.float64, (2, 3)), ("depth", np.float64), ("distance", np.float64)]
 )
-"""An edge: its ends, camera frame, m; its depth and its distance from the camera, m."""
+"""An edge: its ends, camera frame, m; its depth, NaN at a void, and its distance from the camera, m."""
 
 HEIGHT_WINDOW = 0.06
 """Heights of the camera within so much of each other are one, m: gait and noise make less."""

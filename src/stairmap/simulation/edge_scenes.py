@@ -1,4 +1,4 @@
-"""Grounds that end: stairs that lead down, docks, wells; and grounds that do not: ramps, kerbs, a plain hall.
+"""Grounds that end: stairs that lead down, docks, wells, voids; and that do not: ramps, kerbs, a plain hall.
 
 In the scenes made here the robot comes along +x on the ground z = 0, and the edge is at x = 0.
 """
@@ -21,7 +21,7 @@ from stairmap.simulation.triangle_mesh import (
     make_wall,
 )
 
-EdgeKind: TypeAlias = Literal["stairs", "dock", "well", "ramp", "kerb", "hall"]
+EdgeKind: TypeAlias = Literal["stairs", "dock", "well", "void", "ramp", "kerb", "hall"]
 
 _BACK, _HALF, _BEYOND = -6.0, 3.0, 5.0
 """Ends of the ground behind, beside and beyond the edge, m."""
@@ -53,7 +53,8 @@ def make_edge_scene(kind: EdgeKind, seed: int) -> EdgeScene:
     """Return a scene of a kind; its dimensions, and how the robot comes up to it, are drawn from the seed."""
     random = np.random.default_rng([seed, 7])
     make = {
-        "stairs": _stairs, "dock": _dock, "well": _well, "ramp": _ramp, "kerb": _kerb, "hall": _hall,
+        "stairs": _stairs, "dock": _dock, "well": _well, "void": _void,
+        "ramp": _ramp, "kerb": _kerb, "hall": _hall,
     }[kind]  # fmt: skip
     mesh, edges = make(random)
     lateral = float(random.uniform(-0.4, 0.4))
@@ -133,6 +134,29 @@ def _well(random: np.random.Generator) -> tuple[TriangleMesh, list[list[list[flo
         for first, second in zip(corners, [*corners[1:], corners[0]], strict=True)
     ]
     return mesh, edges
+
+
+def _void(random: np.random.Generator) -> tuple[TriangleMesh, list[list[list[float]]]]:
+    """A dock or a well so deep, in a hall so large, that no sensor sees anything behind the edge."""
+    if random.random() < 0.5:
+        sides = [[[0.0, y, 0.0], [_BACK, y, 0.0]] for y in (_HALF, -_HALF)]
+        return make_block((_BACK, -_HALF, -20.0), (0.0, _HALF, 0.0)), [_front_edge(_HALF), *sides]
+    length, half = float(random.uniform(0.8, 2.5)), float(random.uniform(0.5, 1.5))
+    mesh = joined(
+        [
+            make_rectangle((_BACK, -_HALF), (0.0, _HALF), 0.0),
+            make_rectangle((length, -_HALF), (_BEYOND, _HALF), 0.0),
+            make_rectangle((0.0, half), (length, _HALF), 0.0),
+            make_rectangle((0.0, -_HALF), (length, -half), 0.0),
+        ]
+    )
+    corners = [(0.0, half), (0.0, -half), (length, -half), (length, half)]
+    edges = [
+        [[*first, 0.0], [*second, 0.0]]
+        for first, second in zip(corners, [*corners[1:], corners[0]], strict=True)
+    ]
+    ends = [[[x, y, 0.0] for x in (_BACK, _BEYOND)] for y in (_HALF, -_HALF)]
+    return mesh, [*edges, *ends, [[_BEYOND, _HALF, 0.0], [_BEYOND, -_HALF, 0.0]]]
 
 
 def _ramp(random: np.random.Generator) -> tuple[TriangleMesh, list[list[list[float]]]]:

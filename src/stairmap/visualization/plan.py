@@ -73,7 +73,12 @@ def draw_drops(axes: Axes, drops: Sequence[Drop]) -> None:
             axes.plot(*np.array([foot, tip]).T, color=RED, linewidth=1.2, zorder=6)
         if drop.stairway_id is None:
             place = drop.center[:2] + _DEPTH_LABEL * drop.outward[:2]
-            draw_label(axes, place, f"≥ {drop.depth:.2f} m deep", color=RED)
+            draw_label(
+                axes,
+                place,
+                "nothing seen behind" if drop.depth is None else f"≥ {drop.depth:.2f} m deep",
+                color=RED,
+            )
 
 
 def _draw_box_sides(axes: Axes, flight: Flight) -> None:
