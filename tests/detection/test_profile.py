@@ -123,6 +123,8 @@ def assert_seen_as_cast(profile: StairProfile) -> None:
     slopes = away_from_borders(outline, SLOPES)
     predicted = predict(outline, slopes, SHARP)
     q, surface, step = cast(profile, slopes)
+    # Where no ray meets the stairs there is nothing to compare.
+    assume((q > 0).any())
     # What lies beyond the last surface is unknown.
     known = slopes < min(outline.top[-2], slopes[q > 0].max())
     is_behind = predicted.surface == Surface.BEHIND
