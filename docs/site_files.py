@@ -1,4 +1,7 @@
-"""Bring files beside docs/ into the site: pages link to them as ``../NAME``, which also works on GitHub."""
+"""Bring files beside docs/ into the site, and keep it free of files that need a network.
+
+Pages link to files beside docs/ as ``../NAME``, which also works on GitHub.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,15 @@ from pathlib import Path
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
+from mkdocs.utils import get_relative_url
 
 ROOT = Path(__file__).resolve().parents[1]
 
 PAGES = ("BENCHMARKS.md", "CHANGELOG.md", "CONTRIBUTING.md", "benchmarks/trials.md")
 """Pages of the site that stand beside docs/."""
+
+SEARCH_SCRIPT, OWN_SEARCH_SCRIPT = "https://unpkg.com/iframe-worker/shim", "javascripts/iframe-worker.js"
+"""What the theme fetches to search without a server, and the same file in the site."""
 
 _LINK = re.compile(r"\]\(\.\./([^)#\s]+)")
 
@@ -35,3 +42,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     if page.file.src_uri in PAGES:
         markdown = markdown.replace("](docs/", "](")
     return _LINK.sub(r"](\1", markdown)
+
+
+def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
+    """Take the search's script from the site itself."""
+    return output.replace(SEARCH_SCRIPT, get_relative_url(OWN_SEARCH_SCRIPT, page.url))
