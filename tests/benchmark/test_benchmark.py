@@ -11,6 +11,7 @@ import pytest
 from command_line import check_refused, stairmap
 from stairmap.benchmark.entry import answer
 from stairmap.benchmark.programs import Answer, Program
+from stairmap.benchmark.running import format_scores
 from stairmap.benchmark.scores import score_answer, score_program
 from stairmap.benchmark.tasks import Task, TrueFlight, make_tasks
 from stairmap.errors import BenchmarkError
@@ -104,6 +105,8 @@ def test_row_of_a_program_leaves_skipped_tasks_out() -> None:
     assert row is not None
     assert (row.num_tasks, row.num_asked, row.num_found, row.num_errors, row.ms) == (2, 2, 1, 1, 7.0)
     assert row.rise_mm == pytest.approx(2.0)
+    assert row.first_error == f"{TASK.name}: x"
+    assert format_scores([row]).endswith(f"mine: 1 failed, first {TASK.name}: x")
     assert score_program("mine", "frame", [TASK], [Answer(is_skipped=True)]) is None
 
 

@@ -90,3 +90,21 @@ def test_a_trajectory_that_is_not_there_any_more_is_left_out(recording, tmp_path
     reference = RecordingReference.from_arguments(recording, trajectory=poses)
     poses.unlink()
     assert reference.open().num_frames == 2
+
+
+def test_poses_from_depth_are_those_of_the_run_folder_wherever_it_lies(recording, tmp_path, monkeypatch):
+    """A batch writes the folder elsewhere first, and users move it."""
+    folder = tmp_path / "made"
+    folder.mkdir()
+    monkeypatch.chdir(tmp_path)
+    dump(RecordingReference.from_arguments(recording, up="-y", with_odometry=True), folder)
+    (folder / "trajectory.tum").write_bytes((recording / "groundtruth.txt").read_bytes())
+    moved = folder.rename(tmp_path / "moved")
+    reference = load_recording_reference(moved)
+    assert reference.options == {"trajectory": str(moved / "trajectory.tum")}
+    (recording / "groundtruth.txt").rename(tmp_path / "kept.txt")
+    try:
+        opened = reference.open()
+    finally:
+        (tmp_path / "kept.txt").rename(recording / "groundtruth.txt")
+    assert opened.trajectory is not None and np.allclose(opened.map_from_recorded, np.eye(4))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from stairmap.batch.job import BatchSettings
-from stairmap.batch.look import Look, without_steps
+from stairmap.batch.look import Look, finish_look, without_steps
 from stairmap.config import Config
 from stairmap.errors import RecordingError
 from stairmap.export.results import create_run_folder
@@ -64,15 +64,4 @@ def look_at_sweeps(path: Path, settings: BatchSettings, config: Config, output: 
     with create_run_folder(output, recording.name) as folder:
         folder.log(f"stairmap {settings.version} batch, sweeps of {recording.contents.topic}")
         run.process_sweeps(folder)
-        outcome = run.outcome()
-        run.write_results(folder, outcome)
-        if settings.with_reports:
-            run.write_report(folder, outcome)
-        for line in outcome.problems:
-            folder.log(line)
-    return Look(
-        num_frames=outcome.num_frames,
-        num_detections=outcome.num_detections,
-        stairways=without_steps(outcome.stairways),
-        failure="" if run.failure is None else str(run.failure),
-    )
+        return finish_look(run, folder, with_report=settings.with_reports)

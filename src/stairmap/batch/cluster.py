@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import stairmap
@@ -89,11 +90,11 @@ class DaskPool:
         return str(self._client.dashboard_link or "")
 
     def submit(self, job: RecordingJob) -> None:
-        """Take a job."""
-        self._keep(job, [self._send(job, (perform_on_worker, (job,)))])
+        """Take a job; if there are several workers, they share a recording that is too long for one."""
+        whole = job if self._num_workers > 1 else replace(job, max_frames=0)
+        self._keep(job, [self._send(job, (perform_on_worker, (whole,)))])
 
-    def submit_pieces(self, job: RecordingJob, num_frames: int) -> None:
-        """Take a job whose recording is too long for one task."""
+    def _submit_pieces(self, job: RecordingJob, num_frames: int) -> None:
         pieces = [
             self._send(job, (detect_on_worker, (job, bounds)))
             for bounds in piece_bounds(num_frames, job.max_frames)
@@ -131,12 +132,15 @@ class DaskPool:
         return [finished for job, future in came if (finished := self._finish(job, future)) is not None]
 
     def _finish(self, job: RecordingJob, future: Any) -> FinishedJob | None:
-        """What came of a job; ``None`` if its worker was killed with the result: it is being done again."""
+        """What came of a job; ``None`` if it goes on: in pieces, or again because its worker was killed."""
         if future.status == "finished":
             try:
                 result: RecordingResult = pickle.loads(future.result(timeout=RESULT_TIMEOUT))
             except (TimeoutError, asyncio.TimeoutError):
                 self._watch(job, future)
+                return None
+            if result.num_to_split:
+                self._submit_pieces(job, result.num_to_split)
                 return None
             self._futures.pop(job.folder, None)
             return FinishedJob(job=job, result=result)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Protocol
 
@@ -50,15 +50,11 @@ class JobPool(Protocol):
         ...
 
     def submit(self, job: RecordingJob) -> None:
-        """Take a job."""
-        ...
-
-    def submit_pieces(self, job: RecordingJob, num_frames: int) -> None:
-        """Take a job whose recording is too long for one task."""
+        """Take a job; a recording longer than ``job.max_frames`` may be split among the workers."""
         ...
 
     def wait(self, timeout: float) -> list[FinishedJob]:
-        """Return what has finished, after a while of so many seconds with nothing, an empty list."""
+        """Return what has finished, or an empty list after a time without anything, s."""
         ...
 
     def close(self) -> None:
@@ -95,12 +91,8 @@ class OneProcessPool:
         self.close()
 
     def submit(self, job: RecordingJob) -> None:
-        """Take a job."""
-        self._waiting.append(job)
-
-    def submit_pieces(self, job: RecordingJob, num_frames: int) -> None:
-        """Refuse: nobody else could take a piece."""
-        raise NotImplementedError
+        """Take a job; its recording is not split, because nobody else could take a piece."""
+        self._waiting.append(replace(job, max_frames=0))
 
     def wait(self, timeout: float) -> list[FinishedJob]:
         """Do the next job."""

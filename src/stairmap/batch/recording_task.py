@@ -13,11 +13,11 @@ from pathlib import Path
 from stairmap.batch.cloud_task import look_at_cloud, look_at_sweeps
 from stairmap.batch.inputs import is_cloud
 from stairmap.batch.job import BatchSettings
-from stairmap.batch.look import Look, without_steps
+from stairmap.batch.look import Look, finish_look
 from stairmap.config import Config, load_config
 from stairmap.detection.observation import Detection
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
-from stairmap.export.results import TRAJECTORY_FILE, RunFolder, create_run_folder
+from stairmap.export.results import RunFolder, create_run_folder
 from stairmap.frame import DepthFrame
 from stairmap.input_files import parse_yaml
 from stairmap.map_levelling import find_level_map
@@ -132,29 +132,17 @@ def _look_at_recording(
         folder.log(f"stairmap {settings.version} batch, method {settings.method}")
         _write_reference(path, recording, settings, folder)
         run.process_frames(folder)
-        outcome = run.outcome()
-        run.write_results(folder, outcome)
-        if settings.with_reports:
-            run.write_report(folder, outcome)
-        for line in outcome.problems:
-            folder.log(line)
-    return Look(
-        num_frames=outcome.num_frames,
-        num_detections=outcome.num_detections,
-        stairways=without_steps(outcome.stairways),
-        failure="" if run.failure is None else str(run.failure),
-    )
+        return finish_look(run, folder, with_report=settings.with_reports)
 
 
 def _write_reference(path: Path, recording: Recording, settings: BatchSettings, folder: RunFolder) -> None:
     reference = RecordingReference.from_arguments(
         path,
-        # Poses from depth are the run's own; its place is what the folder will be called, so a name does.
-        trajectory=Path(TRAJECTORY_FILE) if settings.with_odometry else None,
-        up=None if settings.with_odometry else settings.up,
-        pose_format=None if settings.with_odometry else settings.pose_format,
+        up=settings.up,
+        pose_format=settings.pose_format,
         bag=settings.bag,
         identity=identify_recording(recording),
+        with_odometry=settings.with_odometry,
     )
     folder.write_text(RECORDING_FILE, reference.to_json())
 

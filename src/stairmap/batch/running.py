@@ -167,7 +167,7 @@ class BatchRun:
                     is_all_out = True
                 else:
                     self._running.add(job.folder)
-                    pool.submit(job if pool.num_workers > 1 else replace(job, max_frames=0))
+                    pool.submit(job)
             if is_all_out and not self._running:
                 return
             for finished in pool.wait(WAIT_PERIOD):
@@ -204,9 +204,6 @@ class BatchRun:
                 pool.submit(replace(job, max_frames=0))
                 return None
             return failed_result(job, f"{finished.reason}, {MAX_LOST} times")
-        if result.num_to_split:
-            pool.submit_pieces(job, result.num_to_split)
-            return None
         if result.packed:
             self._unpack(result)
             return replace(result, packed=b"")

@@ -78,7 +78,7 @@ def run_benchmark(
 
 
 def format_scores(scores: Sequence[ProgramScore]) -> str:
-    """Return the table."""
+    """Return the table, and below it why answers did not count."""
     rows = [
         [
             score.program, score.kind, *(str(value) for value in (
@@ -91,4 +91,9 @@ def format_scores(scores: Sequence[ProgramScore]) -> str:
         ]
         for score in scores
     ]  # fmt: skip
-    return format_table(COLUMNS, rows, num_left=2)
+    failures = [
+        f"{score.program}: {score.num_errors} failed, first {score.first_error}"
+        for score in scores
+        if score.first_error
+    ]
+    return "\n\n".join([format_table(COLUMNS, rows, num_left=2), *failures])

@@ -41,7 +41,10 @@ class TaskScore:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProgramScore:
-    """A row of the table; means are of absolute errors, mm, NaN where nothing was found."""
+    """A row of the table; means are of absolute errors, mm, NaN where nothing was found.
+
+    ``first_error`` names the first task without an answer that counts, and says why; empty if there is none.
+    """
 
     program: str
     kind: TaskKind
@@ -55,6 +58,7 @@ class ProgramScore:
     width_mm: float
     ms: float
     num_errors: int
+    first_error: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON types."""
@@ -108,4 +112,5 @@ def score_program(
         width_mm=mean_mm("width_errors"),
         ms=statistics.median(answer.ms for _, answer in given),
         num_errors=sum(bool(answer.error) for _, answer in given),
+        first_error=next((f"{task.name}: {answer.error}" for task, answer in given if answer.error), ""),
     )

@@ -19,7 +19,7 @@ from stairmap.cli.run_sweeps import run_sweeps
 from stairmap.cli.view import open_live_view
 from stairmap.config import Config, load_config
 from stairmap.export.recording_reference import RECORDING_FILE, RecordingReference
-from stairmap.export.results import TRAJECTORY_FILE, RunFolder, create_run_folder, null_for_nan
+from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
 from stairmap.export.summary import counted, format_table
 from stairmap.export.verdicts import VERDICT_COLUMNS, verdict_cells
 from stairmap.map_levelling import LevelMap, find_level_map
@@ -56,11 +56,12 @@ def run_recording(request: RunRequest) -> int:
         folder.log(f"stairmap {stairmap.__version__} run {given.recording} --method {given.method}")
         reference = RecordingReference.from_arguments(
             given.recording,
-            trajectory=folder.path / TRAJECTORY_FILE if request.with_odometry else given.trajectory,
-            up=None if request.with_odometry else given.up,
-            pose_format=None if request.with_odometry else given.pose_format,
+            trajectory=given.trajectory,
+            up=given.up,
+            pose_format=given.pose_format,
             bag=given.bag,
             identity=identify_recording(recording),
+            with_odometry=request.with_odometry,
         )
         folder.write_text(RECORDING_FILE, reference.to_json())
         with FrameProgress(recording.num_frames) as progress:

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator
 
 from stairmap.errors import RecordingError, ResultsError
+from stairmap.export.results import TRAJECTORY_FILE
 from stairmap.input_files import CheckedModel, parse_json, read_text, shown, validated
 from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.base import Recording
@@ -33,7 +34,7 @@ class RecordingReference:
         Absolute path of the recording.
     options
         Keyword arguments of ``open_recording`` that were given, those of ``BagOptions`` among them, as
-        text; paths are absolute.
+        text. Paths are absolute, but for a trajectory that lies in the run folder.
     identity
         What identifies the recording; ``None`` where an older version wrote it down.
     """
@@ -52,8 +53,14 @@ class RecordingReference:
         pose_format: str | None = None,
         bag: BagOptions | None = None,
         identity: RecordingIdentity | None = None,
+        with_odometry: bool = False,
     ) -> RecordingReference:
-        """Note what ``open_recording`` is called with; what is not given is left out."""
+        """Note what ``open_recording`` is called with; what is not given is left out.
+
+        Poses from depth are the run's own: its trajectory is named relative to the run folder, and up is z.
+        """
+        if with_odometry:
+            trajectory, up, pose_format = None, None, None
         bag_options = {} if bag is None else {f.name: getattr(bag, f.name) for f in fields(bag)}
         given = {"trajectory": trajectory, "up": up, "pose_format": pose_format, **bag_options}
         texts = {
@@ -61,6 +68,8 @@ class RecordingReference:
             for name, value in given.items()
             if value is not None
         }
+        if with_odometry:
+            texts["trajectory"] = TRAJECTORY_FILE
         return cls(path=path.resolve(), options=texts, identity=identity)
 
     def to_json(self) -> str:
@@ -134,4 +143,7 @@ def load_recording_reference(run: Path) -> RecordingReference | None:
         saved = validated(_RecordingFile, parse_json(text))
     except ValueError as error:
         raise ResultsError(f"{shown(path)} is not what stairmap writes: {error}") from error
-    return RecordingReference(path=Path(saved.path), options=saved.options, identity=saved.identity)
+    options = dict(saved.options)
+    if "trajectory" in options:
+        options["trajectory"] = str(run / options["trajectory"])
+    return RecordingReference(path=Path(saved.path), options=options, identity=saved.identity)
