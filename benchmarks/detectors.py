@@ -39,7 +39,7 @@ def main() -> None:
     text = (
         f"Our own two methods in [the benchmark for any detector](docs/benchmark.md), seed {arguments.seed}: "
         "errors are mean absolute ones of the flights found, `right` is within 10 mm of the rise and 15 mm "
-        "of the run."
+        "of the run. `ms` depends on what else the machine does."
     )
     write_section("detectors", "\n\n".join(["## Detectors side by side", describe_run(run), text, table]))
 

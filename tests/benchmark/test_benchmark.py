@@ -49,7 +49,7 @@ def test_program_answers_line_by_line_in_one_process(tmp_path: Path) -> None:
     ("body", "error"),
     [
         ("    sys.exit(3)\n", "it ended"),
-        ("    print('hello', flush=True)\n", "its answer is none"),
+        ("    print('hello', flush=True)\n", "its answer breaks the protocol"),
         ("    print(json.dumps({'flights': [{'rise': 0.17}]}), flush=True)\n", "lacks the key"),
         ("    print(json.dumps({'flights': []}), end='', flush=True)\n    sys.exit()\n", "it ended"),
     ],

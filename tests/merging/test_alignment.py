@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from site_runs import cut_flight, level_transform, make_flight, see
 
 from stairmap.errors import MergeError
-from stairmap.merging.alignment import align_pair, find_alignment
+from stairmap.merging.alignment import align_pair, count_floors_between, find_alignment
 from stairmap.merging.alignment_file import alignment_text, load_alignment
 from stairmap.merging.landmarks import lies_on, may_be_same, step_shifts
 from stairmap.merging.merged_map import sightings_of
@@ -74,6 +74,34 @@ def test_stairs_that_are_alike_on_every_floor_are_refused_not_guessed():
     check_close(
         find_alignment(runs_of(first, second), ["a", "b"]).site_from_run[1], level_transform(1, 2, 0.5, 0.4)
     )
+
+
+def test_floors_tell_by_how_many_steps_stairs_with_open_ends_are_shifted():
+    """Both runs saw the middle of a flight, from floors that a lift joins; its ends are in neither map."""
+    flight = make_flight((3, 1, 0.5), num_risers=14)
+    site_from_second = level_transform(1, 2, 0.7, 0.4)
+    first = runs_of(see([cut_flight(flight, 2, 9)], np.eye(4), seed=1))[0]
+    second = runs_of(see([cut_flight(flight, 4, 11)], site_from_second, seed=2))[0]
+    assert align_pair(first, second).num_rivals == 10
+    assert align_pair(first, second, [0.0, 3.4], [-0.7, 2.7]).num_rivals == 0
+    pair = align_pair(first, second, [0.0, 3.4], [-0.72, 2.71, 6.1])
+    check_close(pair.first_from_second, site_from_second)
+
+
+def test_floor_where_the_other_run_was_not_says_nothing():
+    """A guess by it would put stairs that are alike on every floor on the wrong one."""
+    storeys = [make_flight((0, 0, 3.4 * level)) for level in range(2)]
+    first = runs_of(see(storeys, np.eye(4), seed=1))[0]
+    second = runs_of(see(storeys[1:], level_transform(1, 2, 0, 0.4), seed=2))[0]
+    assert align_pair(first, second, [0.0, 3.4, 6.8], [3.4, 6.8, 10.2]).num_rivals == 1
+
+
+def test_floors_between_floors_are_counted():
+    assert count_floors_between([0.0, 3.0], [0.0, 3.0], 0.05) == 0
+    assert count_floors_between([0.0, 3.0], [0.0, 3.0], 0.17) == 2
+    assert count_floors_between([0.0, 3.0], [0.0, 3.0], -3.0) == 0
+    assert count_floors_between([0.0, 3.0], [0.0, 3.0], -1.5) == 2
+    assert count_floors_between([], [0.0], 1.0) == 0
 
 
 def test_runs_without_a_common_stairway_are_refused_by_name():

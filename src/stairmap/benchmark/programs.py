@@ -158,7 +158,9 @@ def _answer_of(line: bytes, ms: float) -> Answer:
     try:
         saved = validated(_AnswerLine, parse_json(line.decode("utf-8")))
     except ValueError as error:
-        return Answer(ms=ms, error=f"its answer is none: {quoted(str(error), limit=120, marks=False)}")
+        return Answer(
+            ms=ms, error=f"its answer breaks the protocol: {quoted(str(error), limit=120, marks=False)}"
+        )
     flights = tuple(
         Flight(
             base=np.array(flight.base), heading=flight.heading, rise=flight.rise, run=flight.run,

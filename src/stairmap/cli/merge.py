@@ -37,7 +37,7 @@ def merge_run_folders(request: MergeRequest) -> int:
         raise MergeError(f"two runs are called {double}; rename a folder: the alignment names them")
     if request.alignment == AUTO:
         sightings = [sightings_of(number, given.stairways) for number, given in enumerate(inputs)]
-        alignment = find_alignment(sightings, names)
+        alignment = find_alignment(sightings, names, [given.floors for given in inputs])
     else:
         alignment = load_alignment(Path(request.alignment), names)
     for pair in alignment.pairs:

@@ -104,12 +104,12 @@ def first_from_second(first: Flight, second: Flight, shift: int) -> Transform:
     turn = wrapped_angle(first.heading - second.heading)
     cos, sin = math.cos(turn), math.sin(turn)
     rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    local = np.array([shift * first.run, _sideways(first, second), shift * first.rise])
+    local = np.array([shift * first.run, sideways_shift(first, second), shift * first.rise])
     target = transform_points(first.map_from_flight, local)
     return transform_from_parts(rotation, target - rotation @ second.base)
 
 
-def _sideways(first: Flight, second: Flight) -> float:
+def sideways_shift(first: Flight, second: Flight) -> float:
     """How far left of the first flight's centre line that of the second one lies, m."""
     half = (first.width - second.width) / 2
     has_left = first.left_bounded and second.left_bounded
@@ -140,7 +140,7 @@ def lies_on(first: Flight, second: Flight, first_from_second_map: Transform) -> 
         return None
     margin = PLACE_MARGIN + SIGMAS * _std(*first.std.base[:2].tolist(), *second.std.base[:2].tolist())
     is_there = math.hypot(x - shift * first.run, z - shift * first.rise) <= margin
-    return shift if is_there and abs(y - _sideways(first, second)) <= margin else None
+    return shift if is_there and abs(y - sideways_shift(first, second)) <= margin else None
 
 
 def _std(*values: float) -> float:

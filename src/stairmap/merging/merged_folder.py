@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from stairmap.errors import ResultsError
+from stairmap.export.building import load_building
 from stairmap.export.loading import load_stairways
 from stairmap.export.results import RunFolder
 from stairmap.export.summary import format_summary
@@ -17,6 +18,7 @@ from stairmap.input_files import CheckedModel, Stamp, parse_json, read_text, sho
 from stairmap.merging.alignment import SiteAlignment
 from stairmap.merging.alignment_file import ALIGNMENT_FILE, alignment_text
 from stairmap.merging.merged_map import MergedMap, MergeInput, Source
+from stairmap.navigation.floors import FloorError
 from stairmap.saved_stairway import MAX_STAIRWAYS, Count
 
 MERGE_FILE = "merge.json"
@@ -72,7 +74,17 @@ def load_merge_input(run: Path) -> MergeInput:
         stairways=results.stairways,
         sources=sources,
         num_frames=results.num_frames,
+        floors=_load_floors(run),
     )
+
+
+def _load_floors(run: Path) -> tuple[float, ...]:
+    """Heights of the floors that a run knows, m; of a floor that only open ends of stairs tell, none."""
+    try:
+        floors = load_building(run).floors
+    except FloorError:
+        return ()
+    return tuple(floor.height for floor in floors.floors if not floor.is_open)
 
 
 def _load_sources(path: Path) -> dict[int, tuple[Source, ...]]:

@@ -61,12 +61,15 @@ class MergeInput:
         What each of them rests on, by id: the run itself, or those of a map that was merged before.
     num_frames
         Frames that were looked at.
+    floors
+        Heights of its floors, m: where the robot stood, and where ends of stairs were seen.
     """
 
     name: str
     stairways: tuple[Stairway, ...]
     sources: Mapping[int, tuple[Source, ...]]
     num_frames: int
+    floors: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -26,7 +26,7 @@ def merge(
         typer.Option(
             "--alignment",
             metavar="FILE|auto",
-            help="YAML with x, y, z (m) and yaw_deg of each run in the site. auto: from common stairways.",
+            help="YAML with x, y, z (m), yaw_deg of each run. auto: from common stairs and floors.",
             rich_help_panel=INPUT,
         ),
     ] = "auto",
