@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from ideal_observations import MS, make_flight, observe, poses_before
 from stairmap.arrays import Float64Array, IntArray
+from stairmap.modeling import association
 from stairmap.modeling.association import ObservationGroup, Reach, close_groups, find_groups
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
 from stairmap.stairway import Flight
@@ -240,3 +241,19 @@ def test_what_only_the_seed_reaches_stays_in_its_group() -> None:
         (make_flight(base=FLIGHT.base - 0.2 * NORMAL), {"steps": range(6)}),
     ]
     assert [group.tolist() for group in groups_of(seen)] == [[0, 1, 2, 3, 4]]
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), spread=st.sampled_from([1.0, 6.0, 60.0]))
+def test_groups_are_those_that_a_look_at_all_observations_finds(seed: int, spread: float) -> None:
+    random = np.random.default_rng(seed)
+    seen = []
+    for _ in range(30):
+        base = np.round(random.uniform(0, spread, 3) * [1, 1, 0.2], 1)
+        seen.append((make_flight(base=base, heading=float(random.choice([0.0, 0.1, 2.0]))), {}))
+    found = groups_of(seen)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(association._Cells, "of", lambda _, __, is_free: np.flatnonzero(is_free))
+        among_all = groups_of(seen)
+    assert [group.tolist() for group in found] == [group.tolist() for group in among_all]
+    assert sorted(index for group in found for index in group.tolist()) == list(range(30))

@@ -26,7 +26,7 @@ from stairmap.recordings.base import Recording
 from stairmap.recordings.frame_iterators import numbered_frames
 from stairmap.recordings.identity import identify_recording
 from stairmap.visualization.collecting import ReportCollector, RuleStatistics
-from stairmap.visualization.overlay import draw_detection, png_from_image
+from stairmap.visualization.overlay_writer import OverlayWriter
 
 MAX_FRAMES_LISTED = 10
 """Recordings of at most so many frames are listed frame by frame."""
@@ -99,7 +99,10 @@ class _DetectLoop:
             self.failure = RecordingError(f"the recording could not be read beyond {read}: {error}")
 
     def _process_frames(self, folder: RunFolder, interrupt: Interrupt, with_overlays: bool) -> None:
-        with FrameProgress(self._num_frames) as progress:
+        with (
+            FrameProgress(self._num_frames) as progress,
+            OverlayWriter(folder.write_overlay) as overlays,
+        ):
             for number, frame in self._frames:
                 if interrupt:
                     return
@@ -107,7 +110,7 @@ class _DetectLoop:
                 self.collector.add(frame, detection)
                 folder.append_detection(detection)
                 if with_overlays:
-                    folder.write_overlay(number, png_from_image(draw_detection(frame, detection)))
+                    overlays.add(number, frame, detection)
                 if len(self.listed) < MAX_FRAMES_LISTED:
                     self.listed.append((number, detection))
                 progress.advance(f"detected in {self.collector.num_detections}")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -85,22 +86,22 @@ def find_groups(placed: PlacedObservations, chosen: IntArray) -> list[Observatio
     The groups in the order of their seeds, the best first.
     """
     reach = Reach(placed, chosen)
+    near = _Cells(reach)
     records = placed.records
     quality = records["num_steps"][chosen] - RISE_STD_COST * np.sqrt(records["rise_variance"][chosen])
-    free = np.arange(len(chosen))
+    is_free = np.ones(len(chosen), dtype=np.bool_)
     groups = []
-    while len(free):
-        seed = int(free[np.argmax(quality[free])])
-        fits = _fits(placed, reach, seed, free)
-        members = free[fits]
+    for seed in np.argsort(-quality, kind="stable").tolist():
+        if not is_free[seed]:
+            continue
+        members = _members(placed, reach, seed, near.of(seed, is_free))
         if len(members) > 2:
             # A member nearest to the median sees the whole group best.
             origin = placed.origin[chosen[members]]
             center = np.median(origin, axis=0)
             typical = int(members[np.argmin(np.linalg.norm(origin - center, axis=1))])
-            fits |= _fits(placed, reach, typical, free)
-            members = free[fits]
-        free = free[~fits]
+            members = np.union1d(members, _members(placed, reach, typical, near.of(typical, is_free)))
+        is_free[members] = False
         groups.append(
             ObservationGroup(
                 members=chosen[members],
@@ -143,6 +144,34 @@ class Reach:
         )
         half_size = self.radius[:, None] + ROUNDING
         self.low, self.high = self.center - half_size, self.center + half_size
+
+
+class _Cells:
+    """The observations of a reach by cells as large as two of them: those of neighbouring cells may fit."""
+
+    def __init__(self, reach: Reach) -> None:
+        size = 2.0 * float(reach.radius.max(initial=0.0)) + ROUNDING
+        self._cells = np.floor(reach.center / size).astype(np.int64)
+        order = np.lexsort(self._cells.T)
+        ordered = self._cells[order]
+        starts = np.flatnonzero(np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1)))
+        keys = map(tuple, ordered[starts].tolist()) if len(order) else ()
+        self._of_cell = dict(zip(keys, np.split(order, starts[1:]), strict=True)) if len(order) else {}
+
+    def of(self, one: int, is_free: Mask) -> IntArray:
+        """Free observations, ascending, of the cell of one of them and those about it."""
+        x, y, z = self._cells[one].tolist()
+        found = [
+            self._of_cell[key]
+            for key in product((x - 1, x, x + 1), (y - 1, y, y + 1), (z - 1, z, z + 1))
+            if key in self._of_cell
+        ]
+        near = np.concatenate(found)
+        return np.sort(near[is_free[near]])
+
+
+def _members(placed: PlacedObservations, reach: Reach, seed: int, others: IntArray) -> IntArray:
+    return others[_fits(placed, reach, seed, others)]
 
 
 def close_groups(

@@ -209,7 +209,8 @@ def _fit_steps(
     # More observations than these tell nothing new of single steps, and cost time.
     every = -(-len(records) // MAX_FOR_STEPS)
     chosen = np.flatnonzero((step >= 0) & (step < num_steps) & (owner % every == 0))
-    edges, owner, step = edges[chosen], owner[chosen], step[chosen]
+    edges, owner, step = edges[chosen], owner[chosen] // every, step[chosen]
+    records = records[::every]
     results = []
     for axis, (place, measure, size) in enumerate((("forward", "run", run), ("up", "rise", rise))):
         seen = SeenEdges(

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from itertools import chain, islice
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -13,12 +16,18 @@ from stairmap.recordings.base import Recording
 from stairmap.recordings.image_folder import ImageFolderRecording
 from stairmap.trajectory import Trajectory
 
+T = TypeVar("T")
+
+NUM_AHEAD = 3
+"""So many frames are read while others are looked at: decoding takes about as long as looking."""
+
 
 def numbered_frames(recording: Recording) -> Iterator[tuple[int, DepthFrame]]:
     """Return (number, frame) from 0 in the order of the recording.
 
     A frame that cannot be read leaves a gap, so that a number always names the same image. The first
     frame is read at once: who asks before making a results folder makes none for an unreadable recording.
+    A thread reads the next ones ahead, in the same order.
 
     Raises
     ------
@@ -26,7 +35,23 @@ def numbered_frames(recording: Recording) -> Iterator[tuple[int, DepthFrame]]:
         If no image can be read.
     """
     frames = ((count + len(recording.problems.skipped), frame) for count, frame in enumerate(recording))
-    return chain(list(islice(frames, 1)), frames)
+    return chain(list(islice(frames, 1)), read_ahead(frames))
+
+
+def read_ahead(items: Iterator[T], *, num_ahead: int = NUM_AHEAD) -> Iterator[T]:
+    """Return the same items, some of which a thread asks for before they are wanted.
+
+    An error comes where the iterator raised it. Nothing is asked for any more once the iteration is left.
+    """
+    end = object()
+    pool = ThreadPoolExecutor(1, thread_name_prefix="read ahead")
+    try:
+        pending = deque(pool.submit(next, items, end) for _ in range(num_ahead))
+        while (item := pending.popleft().result()) is not end:
+            pending.append(pool.submit(next, items, end))
+            yield cast(T, item)
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def frames_between(recording: Recording, first_ns: int, last_ns: int) -> Iterator[DepthFrame]:

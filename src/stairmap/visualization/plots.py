@@ -7,7 +7,6 @@ on the drawing, Okabe and Ito's colours with line styles that also differ in gre
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -29,6 +28,7 @@ from stairmap.visualization.dimensions import (
     separate_labels,
 )
 from stairmap.visualization.elevation import draw_elevation
+from stairmap.visualization.overlay import png_from_image
 from stairmap.visualization.plan import (
     draw_drops,
     draw_legend,
@@ -66,10 +66,14 @@ def make_figure(*, width: float, height: float) -> Figure:
 
 def png_from_figure(figure: Figure, *, dots_per_inch: int = 130) -> bytes:
     """Return a figure as the content of a PNG file, the same for the same figure bit for bit."""
-    buffer = io.BytesIO()
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+
     separate_labels(figure)
-    figure.savefig(buffer, format="png", dpi=dots_per_inch, metadata={"Software": None})
-    return buffer.getvalue()
+    figure.set_dpi(dots_per_inch)
+    # Figure.savefig draws twice, the first time to lay out what the second one lays out again.
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    return png_from_image(np.asarray(canvas.buffer_rgba())[..., 2::-1], is_small=True)
 
 
 def draw_overview(
