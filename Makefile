@@ -13,7 +13,7 @@ PYTHON ?= $(shell for name in python3.13 python3.12 python3.11 python3.10 python
 help:
 	@echo "make demo     a simulated robot at a known stairway: estimated against true"
 	@echo "make test     all tests"
-	@echo "make nightly  the tests that take minutes: corrupt files, killed runs"
+	@echo "make nightly  the tests that take minutes: corrupt files, killed runs, examples of the docs"
 	@echo "make kernels  the compiled kernels, built into src/: after a change of their C++, or to run from source"
 	@echo "make sanitize tests of the kernels while addresses and undefined behaviour are checked"
 	@echo "make mutants  a sample of faults put into the code: how many of them the tests notice"

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from analytic_stairs import KINECT_CAMERA, AnalyticStairs, pose_looking, render_frame
+from stairmap.camera import PinholeCamera
 from stairmap.recordings.image_folder_writer import ImageFolderWriter
 from stairmap.transforms import transform_from_parts
 
@@ -21,16 +22,18 @@ def write_recording(
     has_stairs: bool = True,
     recorded_from_map: np.ndarray | None = None,
     has_poses: bool = True,
+    camera: PinholeCamera = KINECT_CAMERA,
 ) -> Path:
     """Write a recording; ``recorded_from_map`` is a (3, 3) turn of the map that the poses are given in."""
     turn = transform_from_parts(np.eye(3) if recorded_from_map is None else recorded_from_map, np.zeros(3))
-    with ImageFolderWriter(folder, KINECT_CAMERA) as writer:
+    with ImageFolderWriter(folder, camera) as writer:
         for index in range(num_frames):
             position = [-2.4 + 0.1 * index, 0.05, 0.9]
             map_from_camera = pose_looking(position, yaw=0.02 * index, down=0.3)
             frame = render_frame(
                 STAIRS if has_stairs else None,
                 map_from_camera,
+                camera=camera,
                 stamp_ns=index * FRAME_PERIOD_NS,
                 wall_at=4.5,
             )

@@ -31,6 +31,10 @@ MEMORY_LIMIT = 2 * 2**30
 """Bytes that a bad input may ask for."""
 
 
+class TimeLimitReached(BaseException):
+    """A command took too long; none of its handlers of errors can take this for one of its own."""
+
+
 @contextmanager
 def limits() -> Iterator[None]:
     """Let a command have 10 s of processor time and 2 GB and no more."""
@@ -38,7 +42,7 @@ def limits() -> Iterator[None]:
     before = resource.getrlimit(resource.RLIMIT_AS)
 
     def give_up(*_: object) -> None:
-        raise TimeoutError
+        raise TimeLimitReached
 
     handlers = {number: signal.signal(number, give_up) for number in (signal.SIGALRM, signal.SIGPROF)}
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY_LIMIT, before[1]))

@@ -25,7 +25,7 @@ from stairmap.config import Config
 from stairmap.detection.observation import Rejection, StairObservation
 from stairmap.errors import RecordingError
 from stairmap.modeling.single_views import stairways_from_observations
-from stairmap.recordings.clouds.cloud import Cloud
+from stairmap.recordings.clouds.cloud import Cloud, is_measured
 from stairmap.recordings.clouds.sampling import sample_points
 from stairmap.recordings.map_up import UP_AUTO, UP_AXES, map_from_recorded_with_up
 from stairmap.stairway import Stairway
@@ -207,7 +207,7 @@ class MapScan:
                 on_points(self._add(chunk))
 
     def _add(self, chunk: Points) -> int:
-        valid = np.isfinite(chunk).all(axis=1)
+        valid = is_measured(chunk)
         num_valid = int(np.count_nonzero(valid))
         self._num_invalid += len(chunk) - num_valid
         if num_valid:

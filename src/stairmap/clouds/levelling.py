@@ -90,10 +90,12 @@ def find_up_axis(points: Float64Array) -> str:
 
 def _concentration(values: Float64Array) -> float:
     """How few values hold most points: the chance that two points share a bin."""
-    counts = np.bincount(((values - values.min()) / LEVEL_BIN).astype(np.int64))
+    # Only bins that hold something: a single stray point may lie any distance away.
+    bins, counts = np.unique(np.floor((values - values.min()) / LEVEL_BIN), return_counts=True)
     share = counts / counts.sum()
     # Neighbouring bins count together, wherever a surface falls.
-    return float((share * np.convolve(share, [1.0, 1.0, 1.0], mode="same")).sum())
+    has_next = np.diff(bins) == 1
+    return float(np.sum(share**2) + 2 * np.sum((share[1:] * share[:-1])[has_next]))
 
 
 def find_level_direction(points: Float32Array, near: Vector, *, max_turn: float) -> LevelDirection | None:

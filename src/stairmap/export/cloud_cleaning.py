@@ -12,7 +12,7 @@ from stairmap.errors import OutputError
 from stairmap.export.stair_points import points_from_stairways
 from stairmap.input_files import shown
 from stairmap.output_files import discard_partial, output_error, partial_path
-from stairmap.recordings.clouds.cloud import Cloud
+from stairmap.recordings.clouds.cloud import Cloud, is_measured
 from stairmap.stairway import Flight, Stairway
 from stairmap.transforms import invert_transform, transform_points
 
@@ -103,7 +103,7 @@ def write_clean_cloud(
         for cloud in clouds:
             for chunk in cloud.chunks():
                 on_points(len(chunk))
-                points = chunk[np.isfinite(chunk).all(axis=1)]
+                points = chunk[is_measured(chunk)]
                 points = transform_points(map_from_file, points)
                 on = are_on_stairs(points, stairways)
                 num_removed += int(np.count_nonzero(on))

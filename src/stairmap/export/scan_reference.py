@@ -15,7 +15,7 @@ from stairmap.arrays import Transform, readonly
 from stairmap.clouds.thinning import ThinnedCloud
 from stairmap.errors import RecordingError, ResultsError
 from stairmap.input_files import CheckedModel, parse_json, read_text, shown, validated
-from stairmap.recordings.clouds.cloud import Cloud
+from stairmap.recordings.clouds.cloud import Cloud, is_measured
 from stairmap.recordings.clouds.open import open_cloud
 from stairmap.transforms import transform_points
 
@@ -91,7 +91,7 @@ def read_scanned_map(
     for file in reference.open():
         for chunk in file.chunks():
             on_points(len(chunk))
-            points = transform_points(reference.map_from_file, chunk[np.isfinite(chunk).all(axis=1)])
+            points = transform_points(reference.map_from_file, chunk[is_measured(chunk)])
             if len(points):
                 cloud = ThinnedCloud(np.round(points.mean(axis=0))) if cloud is None else cloud
                 cloud.add(points)

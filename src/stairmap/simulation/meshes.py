@@ -17,7 +17,13 @@ import numpy as np
 
 from stairmap.arrays import Points
 from stairmap.errors import RecordingError
-from stairmap.input_files import parse_json, read_limited, read_text
+from stairmap.input_files import MAX_COORDINATE, read_limited
+from stairmap.simulation.building_stairs import (
+    MeasuredFlight,
+    MeasuredPart,
+    MeasuredStairs,
+    load_measured_stairs,
+)
 from stairmap.simulation.scene import Route, Scene, make_approach_route
 from stairmap.simulation.stairs import true_std
 from stairmap.simulation.triangle_mesh import TriangleMesh
@@ -68,11 +74,18 @@ def load_ply(path: Path) -> TriangleMesh:
             body, np.dtype(fields["face"]), counts["face"], vertex_type.itemsize * counts["vertex"]
         )
         points = np.stack([vertices[axis] for axis in "xyz"], axis=1).astype(np.float64)
-    except (KeyError, ValueError) as error:
+        nums, corners = faces["num"], faces["corners"]
+    except (IndexError, KeyError, TypeError, ValueError) as error:
         raise RecordingError(f"{path} does not hold vertices x y z and then triangles: {error}") from error
-    if np.any(faces["num"] != 3):
+    if np.any(nums != 3):
         raise RecordingError(f"expected triangles in {path}, but some faces have other than three corners")
-    return TriangleMesh(vertices=points, triangles=faces["corners"])
+    if not corners.size or not 0 <= corners.min() <= corners.max() < len(points):
+        raise RecordingError(
+            f"expected triangles between the {len(points):,} vertices of {path}, but some name others"
+        )
+    if not (np.abs(points) <= MAX_COORDINATE).all():
+        raise RecordingError(f"expected vertices in metres in {path}, but some lie off the earth or nowhere")
+    return TriangleMesh(vertices=points, triangles=corners)
 
 
 def load_building_scenes(folder: Path) -> tuple[Scene, ...]:
@@ -89,11 +102,8 @@ def load_building_scenes(folder: Path) -> tuple[Scene, ...]:
     """
     mesh = load_ply(folder / "mesh.ply")
     path = folder / "stairs.json"
-    try:
-        data = parse_json(read_text(path, error_type=RecordingError, what="the building's stairs"))
-        stairways, optional, approaches = _read_stairways(data)
-    except (KeyError, TypeError, ValueError) as error:
-        raise RecordingError(f"{path} is not a file of measured stairs: {error}") from error
+    measured = load_measured_stairs(path)
+    stairways, optional, approaches = _read_stairways(measured)
     certain = [approach for approach in approaches if approach.is_certain]
     free = [_free_floor(mesh, approach) for approach in certain]
     routes = [
@@ -104,7 +114,10 @@ def load_building_scenes(folder: Path) -> tuple[Scene, ...]:
     if not routes and approaches:
         routes = [make_building_route(approaches[0].flight, _free_floor(mesh, approaches[0]))]
     if not routes:
-        routes = [_winding_stair_route(mesh, data)]
+        parts = [part for stair in measured.stairs for part in stair.other_parts]
+        if not parts:
+            raise RecordingError(f"expected flights or other parts of stairs in {path}, but it has none")
+        routes = [_winding_stair_route(mesh, parts)]
     return tuple(
         Scene(
             name=f"building:{folder.name}/{number}",
@@ -134,6 +147,8 @@ def _read_header(lines: list[list[str]]) -> tuple[dict[str, int], dict[str, list
         if line[:1] == ["element"]:
             element = line[1]
             counts[element], fields[element] = int(line[2]), []
+            if counts[element] < 0:
+                raise ValueError(f"{line[2]} of {element}")
         elif line[:2] == ["property", "list"]:
             # Triangles only: the list has a fixed length, and numpy can read it in one go.
             fields[element] += [("num", _PLY_TYPES[line[2]]), ("corners", _PLY_TYPES[line[3]], (3,))]
@@ -143,22 +158,21 @@ def _read_header(lines: list[list[str]]) -> tuple[dict[str, int], dict[str, list
 
 
 def _read_stairways(
-    data: dict[str, Any],
+    measured: MeasuredStairs,
 ) -> tuple[tuple[Stairway, ...], tuple[Stairway, ...], list[_Approach]]:
     """Return truth, optional stairways, and the flights to drive to with the free floor before them."""
     certain, optional, approaches = [], [], []
-    for stair in data["stairs"]:
-        winds = any(part["kind"] == "winders" for part in stair["other_parts"])
+    for stair in measured.stairs:
+        winds = any(part.kind == "winders" for part in stair.other_parts)
         flights = []
-        for entry in stair["flights"]:
+        for entry in stair.flights:
             flight = _read_flight(entry)
-            is_certain = entry["usable"] and not winds
+            is_certain = entry.usable and not winds
             if is_certain:
                 flights.append(flight)
             else:
                 optional.append((flight,))
-            free = float(entry["approach_free_m"])
-            approaches.append(_Approach(flight=flight, free=free, is_certain=is_certain))
+            approaches.append(_Approach(flight=flight, free=entry.approach_free_m, is_certain=is_certain))
         if flights:
             certain.append(tuple(sorted(flights, key=lambda flight: float(flight.base[2]))))
     numbered = [
@@ -168,24 +182,20 @@ def _read_stairways(
     return tuple(numbered[: len(certain)]), tuple(numbered[len(certain) :]), approaches
 
 
-def _read_flight(entry: dict[str, Any]) -> Flight:
-    forward = np.array([*entry["ascend_dir"], 0.0])
-    edge, run, width = (
-        np.array(entry["first_edge_mid"]),
-        float(entry["going"]["mean"]),
-        entry["width"]["median"],
-    )
-    heights = [*entry["tread_z"]]
-    if entry["n_risers"] == entry["n_treads"] + 1:
-        heights.append(entry["z_top"])
+def _read_flight(entry: MeasuredFlight) -> Flight:
+    forward = np.array([*entry.ascend_dir, 0.0])
+    edge, run, width = np.array(entry.first_edge_mid), entry.going.mean, entry.width.median
+    heights = list(entry.tread_z)
+    if entry.n_risers == entry.n_treads + 1:
+        heights.append(entry.z_top)
     left = np.array([-forward[1], forward[0], 0.0])
     return Flight(
-        base=np.array([edge[0], edge[1], entry["z_bottom"]]),
+        base=np.array([edge[0], edge[1], entry.z_bottom]),
         heading=float(np.arctan2(forward[1], forward[0])),
-        rise=float(entry["riser_between_treads"]["mean"]),
+        rise=entry.riser_between_treads.mean,
         run=run,
-        width=float(width),
-        num_risers=int(entry["n_risers"]),
+        width=width,
+        num_risers=entry.n_risers,
         bottom_seen=True,
         top_seen=True,
         # How far nosings stand out was not measured in these buildings.
@@ -227,10 +237,8 @@ def _is_inside_any(point: Points, triangles: Points) -> bool:
     return bool(np.any(np.all(cross >= -1e-9, axis=1) | np.all(cross <= 1e-9, axis=1)))
 
 
-def _winding_stair_route(mesh: TriangleMesh, data: dict[str, Any]) -> Route:
-    parts = [part for stair in data["stairs"] for part in (*stair["flights"], *stair["other_parts"])]
-    lowest = min(parts, key=lambda part: float(min(part["tread_z"])))
-    x, y = lowest["centres"][0] if "centres" in lowest else lowest["first_edge_mid"][:2]
+def _winding_stair_route(mesh: TriangleMesh, parts: list[MeasuredPart]) -> Route:
+    x, y = min(parts, key=lambda part: min(part.tread_z)).lowest_place
     middle = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))[:2] / 2
     away = middle - [x, y]
     away /= max(float(np.linalg.norm(away)), 1e-9)

@@ -8,32 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bag_files import Messages, Ros, write_bag
+from bag_files import Ros, write_bag
 from command_line import check_refused, stairmap
+from realsense_messages import ros1_messages
 from stairmap.errors import TrajectoryError
 from stairmap.recordings.image_folder import ImageFolderRecording
 from stairmap.recordings.open import open_recording
-
-SENSOR = "/device_0/sensor_0"
-
-
-def ros1_messages(
-    ros: Ros, walk: ImageFolderRecording, *, depth_unit: float, option: str = "Depth_Units"
-) -> Messages:
-    """What the recorder writes as a ROS 1 bag; the unit of depth in metres."""
-    unit = ros.make("std_msgs/msg/Float32", data=depth_unit)
-    messages: Messages = [(1, f"{SENSOR}/option/{option}/value", unit)]
-    for name, topic in (("Depth_0", "depth"), ("Infrared_1", "infrared")):
-        info = ros.camera_info(walk.camera, 0)
-        messages.append((2, f"{SENSOR}/{name}/info/camera_info", info))
-        for frame in walk:
-            depth = frame.depth * np.float32(0.001 / depth_unit)
-            image = ros.image(depth, frame.stamp_ns, encoding="mono16", frame_id="0")
-            if topic == "infrared":
-                image.encoding, image.step = "mono8", walk.camera.width
-                image.data = image.data[::2]
-            messages.append((frame.stamp_ns + 10, f"{SENSOR}/{name}/image/data", image))
-    return messages
 
 
 def record_with_librealsense(path: Path, depths: list[np.ndarray]) -> None:

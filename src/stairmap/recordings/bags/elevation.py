@@ -58,7 +58,11 @@ class ElevationRecording:
         self.contents = ElevationContents(topic=found.name, layer=layer or None)
         self._num = found.num_messages
         self._skipped: list[SkippedFrame] = []
-        first = next(iter(self._bag.messages([found.name])))
+        first = next(iter(self._bag.messages([found.name])), None)
+        if first is None:
+            raise RecordingError(
+                f"none of the {self._num} elevation maps of {path} can be read; the bag is damaged"
+            )
         self._frame_id = header_of(first)[1].lstrip("/") or "map"
 
     @property
@@ -123,7 +127,7 @@ class ElevationRecording:
     def _decode(self, message: BagMessage) -> HeightGrid:
         try:
             grid = grid_from_message(self._bag.decode(message), self.contents.layer)
-        except (ValueError, IndexError, AttributeError) as error:
+        except (ValueError, IndexError, AttributeError, TypeError, OverflowError) as error:
             raise RecordingError(f"the message is no elevation map: {error}") from error
         # Maps that were made without a clock have no stamp.
         return grid if grid.stamp_ns else replace(grid, stamp_ns=message.recorded_ns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from rosbags.serde import SerdeError
@@ -15,6 +15,10 @@ from stairmap.recordings.bags.stream import CDR, ROS1, BagMessage, BagTopic, one
 
 _TF_MESSAGE = "geometry_msgs/TransformStamped[] transforms\n"
 _BROKEN = (SerdeError, struct.error, ValueError, IndexError, KeyError, AssertionError, MemoryError)
+
+
+_MAX_KEPT_TYPES = 64
+"""Definitions whose types are kept; a robot records some twenty of them."""
 
 
 class MessageDecoder:
@@ -76,11 +80,17 @@ def _store_of(topic: BagTopic) -> Typestore:
         if topic.type not in store.fielddefs:
             raise RecordingError(f"the bag does not define {topic.type}, and it is no usual type")
         return store
-    store = get_typestore(Stores.EMPTY)
     try:
-        store.register(get_types_from_msg(topic.definition, topic.type))
+        return _defined_types(topic.type, topic.definition)
     except Exception as error:  # the parser of definitions has errors of many kinds
         raise RecordingError(f"the bag's definition of {topic.type} is broken: {one_line(error)}") from error
+
+
+@lru_cache(maxsize=_MAX_KEPT_TYPES)
+def _defined_types(name: str, definition: str) -> Typestore:
+    """Types of a definition; compiling them takes milliseconds, and all bags of a robot have the same."""
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(definition, name))
     return store
 
 

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from stairmap.arrays import Points, Vector
+import numpy as np
+
+from stairmap.arrays import Mask, Points, Vector
 
 CHUNK_POINTS = 1_000_000
 """Points of a chunk: 24 MB of coordinates, and some copies of them."""
@@ -16,6 +18,14 @@ NUM_PIECES, PIECE_POINTS = 32, 16_384
 
 MAX_POINTS = 20_000_000_000
 """A header that tells of more points than this lies."""
+
+MAX_PLACE = 1e10
+"""Farthest coordinate, in the file's unit: the other side of the earth in millimetres."""
+
+
+def is_measured(points: Points) -> Mask:
+    """Tell which of (N, 3) points have coordinates; NaN and what lies off the earth are none."""
+    return np.asarray((np.abs(points) <= MAX_PLACE).all(axis=1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

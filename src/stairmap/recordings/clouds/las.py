@@ -12,6 +12,7 @@ from stairmap.arrays import Points
 from stairmap.errors import MissingPackageError, RecordingError
 from stairmap.input_files import shown
 from stairmap.recordings.clouds.cloud import CHUNK_POINTS, MAX_POINTS, PIECE_POINTS, Cloud
+from stairmap.recordings.clouds.las_header import check_las_header, check_laz_chunks
 from stairmap.recordings.clouds.records import piece_starts
 
 
@@ -25,6 +26,7 @@ def open_las(path: Path) -> Cloud:
     MissingPackageError
         If laspy is not installed.
     """
+    check_las_header(path)
     with _open(path) as reader:
         num_points = int(reader.header.point_count)
         scales = np.asarray(reader.header.scales)
@@ -48,10 +50,15 @@ def _open(path: Path) -> Any:
     except ImportError as error:
         raise MissingPackageError("laspy", "clouds", "reading LAS and LAZ files") from error
     try:
-        return laspy.open(path)
+        reader = laspy.open(path)
+        for record in reader.header.vlrs.get("LasZipVlr"):
+            check_laz_chunks(path, record.record_data)
+    except RecordingError:
+        raise
     except Exception as error:
         # laspy passes on whatever struct, numpy and the decompressor raise at a broken header.
         raise RecordingError(f"cannot read {shown(path)} as LAS: {_one_line(error)}") from error
+    return reader
 
 
 def _read(path: Path, num_points: int) -> Iterator[Points]:
