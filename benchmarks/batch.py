@@ -1,7 +1,8 @@
 """What a batch costs: two workers against one, the driver's own work and memory, workers that are killed.
 
-python benchmarks/batch.py --folder FOLDER            all of it; two free cores, 25 minutes
-python benchmarks/batch.py --folder FOLDER --small    a tenth of it, whose shares hold on a busy machine
+python benchmarks/batch.py --folder FOLDER --prepare  simulate the drives and stop; they stay in FOLDER
+python benchmarks/batch.py --folder FOLDER            all of it; two free cores, some ten minutes
+python benchmarks/batch.py --folder FOLDER --small    a tenth of it, to see whether it runs
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,6 +32,9 @@ from stairmap.evaluation.table_format import format_table
 SCENES = ("free_standing", "davis_rear", "bookshelf", "overhang")
 NUM_DRIVES = 20
 """Drives that are simulated; the others are the same under other names."""
+
+NUM_FRAMES = 60
+"""Frames of a drive: six seconds, as short as recordings of robots get."""
 
 NUM_RECORDINGS, NUM_NAPS = 200, 5_000
 MEMORY_GOAL_MB, DRIVER_GOAL, SCALING_GOAL = 300, 0.02, 1.8
@@ -58,11 +63,15 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, required=True, help="where recordings and results go")
     parser.add_argument("--small", action="store_true", help="a tenth, and BENCHMARKS.md stays")
     parser.add_argument("--write", action="store_true", help="write BENCHMARKS.md also after a small one")
+    parser.add_argument("--prepare", action="store_true", help="simulate the drives, and no more")
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS), help="which of it")
     arguments = parser.parse_args()
     run = BenchmarkRun()
     share = 10 if arguments.small else 1
-    recordings = make_recordings(arguments.folder / "recordings", NUM_RECORDINGS // share)
+    drives = make_drives(arguments.folder / f"drives_of_{NUM_FRAMES}")
+    if arguments.prepare:
+        return
+    recordings = make_recordings(arguments.folder / "recordings", drives, NUM_RECORDINGS // share)
     naps = make_naps(arguments.folder / "naps", NUM_NAPS // share)
     results = arguments.folder / "results"
     shutil.rmtree(results, ignore_errors=True)
@@ -80,20 +89,24 @@ def main() -> None:
         write_section("batch", "\n\n".join(["## Batches", describe_run(run), *parts]))
 
 
-def make_recordings(folder: Path, number: int) -> Path:
-    """Simulate drives of 30 frames at 320x240, and name them as often as there are to be recordings."""
-    drives = folder.with_name("drives")
-    for index in range(NUM_DRIVES):
-        drive = drives / f"drive{index:02d}"
-        if not (drive / "depth.txt").exists():
+def make_drives(folder: Path) -> list[Path]:
+    """Simulate drives at 320x240, those that are not there yet."""
+    drives = [folder / f"drive{index:02d}" for index in range(NUM_DRIVES)]
+    for index, drive in enumerate(drives):
+        if not (drive / "truth.json").exists():
             shutil.rmtree(drive, ignore_errors=True)
             command = ["simulate", SCENES[index % len(SCENES)], "-o", str(drive), "--seed", str(index)]
-            command += ["--factor", "0.5", "--frames", "30"]
+            command += ["--factor", "0.5", "--frames", str(NUM_FRAMES)]
             subprocess.run([sys.executable, "-m", "stairmap", *command], check=True, capture_output=True)
+    return drives
+
+
+def make_recordings(folder: Path, drives: Sequence[Path], number: int) -> Path:
+    """Name the drives as often as there are to be recordings."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     for index in range(number):
-        (folder / f"r{index:03d}").symlink_to(drives / f"drive{index % NUM_DRIVES:02d}")
+        (folder / f"r{index:03d}").symlink_to(drives[index % len(drives)])
     return folder
 
 
@@ -128,8 +141,8 @@ def measure_scaling(recordings: Path, results: Path) -> str:
     header = ("workers", "wall clock, s", "tasks' processor, s", "driver's processor, s", "driver's share")
     return "\n\n".join(
         [
-            f"{number} simulated recordings of 30 frames. The driver is the process that was called, dask's "
-            "scheduler in it; its start and its tables count.",
+            f"{number} simulated recordings of {NUM_FRAMES} frames. The driver is the process that was "
+            "called, dask's scheduler in it; its start and its tables count.",
             format_table(header, rows, num_left=0),
             f"Two workers: {ratio:.2f} times one (goal {SCALING_GOAL}): {verdict(ratio >= SCALING_GOAL)}. "
             f"Driver at most {100 * worst:.2f} % of the tasks (goal {100 * DRIVER_GOAL:.0f} %): "

@@ -15,8 +15,8 @@ DOCUMENT = ROOT / "BENCHMARKS.md"
 
 _TITLE = """# Benchmarks
 
-Made by `accuracy.py`, `kinds.py`, `edges.py`, `speed.py`, `planning.py`, `exploration.py`, `ros_node.py`, `bags.py`,
-`batch.py`, `points.py`, `detectors.py` and `mutants.py` in `benchmarks/`; do not edit by hand.
+Made by `accuracy.py`, `kinds.py`, `edges.py`, `speed.py`, `planning.py`, `exploration.py`, `ros_node.py`,
+`bags.py`, `batch.py`, `points.py`, `detectors.py` and `mutants.py` in `benchmarks/`; do not edit by hand.
 What is judged, and how, is told in [docs/evaluation.md](docs/evaluation.md). `delmerico2013` is the method
 of ARL-TR-6381, the baseline.
 """
