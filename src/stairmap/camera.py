@@ -12,7 +12,16 @@ from stairmap.errors import CalibrationError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PinholeCamera:
-    """Intrinsics of a rectified camera, pixels; x right, y down, z forward (REP 103 optical frame).
+    """Intrinsics of a rectified pinhole camera; x right, y down, z forward (REP 103 optical frame).
+
+    Attributes
+    ----------
+    width, height
+        Size of the image, px.
+    fx, fy
+        Focal lengths, px.
+    cx, cy
+        Principal point, px; the centre of the first pixel is (0, 0).
 
     Raises
     ------

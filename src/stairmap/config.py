@@ -95,7 +95,7 @@ class Delmerico2013Config(_Section):
 
 
 class Config(_Section):
-    """The whole configuration."""
+    """All settings of stairmap, by section, as in ``config.yaml`` (docs/configuration.md)."""
 
     envelope: EnvelopeConfig = EnvelopeConfig()
     detection: DetectionConfig = DetectionConfig()

@@ -15,7 +15,7 @@ from stairmap.stairway import rounded
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drop:
-    """A straight piece of an edge: stairs that lead down, a dock, a well.
+    """A straight edge where the ground ends and goes on lower: the top of stairs, a loading dock, a well.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class Drop:
     edge
         (2, 3) segment on the upper ground, m, map; the left end first as seen from that ground.
     depth
-        How far below the edge lies what was seen nearest behind it, m: at least so deep is the drop. ``None``
+        How far below the edge the nearest surface behind it lies, m: the drop is at least that deep. ``None``
         where nothing was ever measured behind it: a deep well, or a floor that gives no returns.
     num_observations
         Number of frames that showed it.

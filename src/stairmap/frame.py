@@ -24,9 +24,9 @@ class DepthFrame:
     camera
         The camera that took it; its size is the image's.
     up
-        (3,) unit vector opposite to gravity, camera frame; ``None`` where nothing tells it.
+        (3,) unit vector opposite to gravity, camera frame; ``None`` if it is not known.
     up_std
-        Standard deviation of its direction, rad; ``None`` where it is as good as an IMU's.
+        Standard deviation of the direction of ``up``, rad; ``None``: as accurate as an IMU tells it.
 
     Raises
     ------

@@ -101,15 +101,15 @@ def find_level_map(
     recording
         Opened with the same ``up``.
     up
-        Which axis of the poses' coordinate frame points up, as ``open_recording`` was told; ``auto``: the
-        floor tells.
+        Which axis of the poses' coordinate frame points up, as given to ``open_recording``; ``auto``: found
+        from the floor.
     max_depth
         Farthest depth at which the floor is looked for, m; if not given, that of the default configuration.
 
     Raises
     ------
     TrajectoryError
-        If there are no poses, or the floor is asked and does not tell.
+        If there are no poses, or up must come from the floor and no floor is seen.
     """
     trajectory = recording.check_poses()
     turn = recording.map_from_recorded

@@ -88,17 +88,17 @@ class ScanResult:
 
 
 class MapScan:
-    """Reads a map and finds its stairways.
+    """Reads a finished map of points and finds its stairways.
 
     Parameters
     ----------
     clouds
         The files; together they are one map.
     up
-        Axis of the files that points up, ``auto`` for what the floor tells whatever the axes, or ``None``:
-        z, unless the points clearly say another axis.
+        Axis of the files that points up, such as ``+z``; ``auto``: from the floors, whatever the axes;
+        ``None``: z, unless the points clearly show another axis.
     unit
-        A key of ``UNITS``; ``None``: by the height of the map.
+        Unit of the files, a key of ``UNITS``; ``None``: judged by the height of the map.
     config
         Uses the sections ``envelope`` and ``detection``.
 

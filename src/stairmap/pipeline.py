@@ -172,7 +172,7 @@ def detect(
 ) -> Detection:
     """Look for stairs in one depth image.
 
-    Whoever looks at many images makes a detector once, with ``make_detector``, or a ``MapSession``.
+    For many images, make a detector once with ``make_detector``, or a ``MapSession``.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def detect(
         The camera that took it; its size is the image's.
     up
         (3,) direction opposite to gravity, camera frame (x right, y down, z forward), of any length; without
-        it, the floor in view tells.
+        it, up is found from the floor in view.
     config, method
         See ``make_detector``.
 

@@ -139,11 +139,11 @@ class MapSession:
 
     @property
     def is_restorable(self) -> bool:
-        """Whether the method can go on from a state."""
+        """Whether the method supports ``state`` and ``restore``."""
         return isinstance(self.modeler, RestorableModeler)
 
     def add(self, frame: DepthFrame, map_from_camera: Transform | None, *, trace: bool = False) -> Detection:
-        """Look at one frame and let what it shows enter the map.
+        """Look for stairs in one frame and add what it shows to the map.
 
         Parameters
         ----------
@@ -155,7 +155,7 @@ class MapSession:
             known yet: the frame then counts once ``correct`` or ``stairways`` is given a trajectory that has
             its stamp.
         trace
-            Whether the detection also carries what pictures need.
+            Whether the detection also holds intermediate results for pictures.
 
         Raises
         ------
@@ -173,7 +173,7 @@ class MapSession:
     def detect(
         self, frame: DepthFrame, map_from_camera: Transform | None = None, *, trace: bool = False
     ) -> Detection:
-        """Look at one frame and leave the map as it is; for parameters and errors see ``add``.
+        """Look for stairs in one frame without changing the map; for parameters and errors see ``add``.
 
         It may run in one thread while another asks for the stairways.
         """
@@ -182,10 +182,10 @@ class MapSession:
         return self.detector.detect(frame, trace=trace)
 
     def look(self, frame: DepthFrame, map_from_camera: Transform) -> tuple[Look, ...]:
-        """Return what a frame sees or misses of the flights known so far; it does not enter the map.
+        """Compare a frame with the flights known so far, without changing the map: what it sees and misses.
 
-        Half a millisecond for a flight in view. There is no look where the method does not learn from looks,
-        or nothing is known yet.
+        It takes half a millisecond for each flight in view. The result is empty if nothing is known yet, or
+        if the method does not use looks.
 
         Raises
         ------
@@ -207,10 +207,10 @@ class MapSession:
         map_from_camera: Transform | None,
         looks: tuple[Look, ...] | None = None,
     ) -> None:
-        """Let what ``detect`` has found in a frame enter the map; see ``add``, which does both.
+        """Add what ``detect`` found in a frame to the map; ``add`` does both.
 
-        What the frame sees or misses of the flights known so far enters too, if it has a pose: the result of
-        ``look``, which is asked for where it is not given.
+        If the frame has a pose, what it sees and misses of the flights known so far is added too: ``looks``,
+        or the result of ``look`` if they are not given.
         """
         self._check_room(detection)
         if looks is None:
@@ -218,7 +218,7 @@ class MapSession:
         self._take(frame.stamp_ns, detection, map_from_camera, looks)
 
     def take_points(self, detection: Detection, map_from_sensor: Transform | None) -> None:
-        """Let what was found in points without an image enter the map, such as a window of sweeps.
+        """Add what was found in points without an image to the map, such as a window of LiDAR sweeps.
 
         Parameters
         ----------
@@ -274,7 +274,7 @@ class MapSession:
 
         A frame whose stamp the path has takes its pose from there. The others move along with it: their
         correction is interpolated between such frames, and is that of the nearest before the first and after
-        the last. So the sparse poses of keyframes do.
+        the last. Sparse poses of keyframes are therefore enough.
 
         Parameters
         ----------
@@ -290,7 +290,7 @@ class MapSession:
         self._known = _KnownFlights((), self._num_observations, frames_left=FRAMES_UNTIL_ASKED)
 
     def stairways(self, trajectory: Trajectory | None = None) -> tuple[Stairway, ...]:
-        """Return the stairways found so far, by id.
+        """Return the stairways found so far, in the order of their ids.
 
         Parameters
         ----------
@@ -308,7 +308,7 @@ class MapSession:
         return stairways
 
     def drops(self, trajectory: Trajectory | None = None) -> tuple[Drop, ...]:
-        """Return where the ground ends and goes on lower, by id.
+        """Return the edges where the ground ends and goes on lower, in the order of their ids.
 
         A drop that is the edge of a stairway has its id, as far as ``stairways`` was asked for. Where the
         height of the camera is not known, because it is carried by hand, there are none: its ground may be a
@@ -327,7 +327,7 @@ class MapSession:
         return assign_drops(self._drop_map.drops(self._poses.trajectory()), self._stairways)
 
     def state(self) -> MapSessionState:
-        """Return a copy of all that the session knows.
+        """Return a copy of everything the session knows, for ``restore`` in this or another process.
 
         Raises
         ------
@@ -343,7 +343,7 @@ class MapSession:
         )
 
     def restore(self, state: MapSessionState) -> None:
-        """Go on from a state, whatever the session knew before.
+        """Replace everything the session knows by a state.
 
         Raises
         ------

@@ -132,7 +132,7 @@ class Flight:
     base
         (3,) bottom centre of the first riser, m, map; where nosings overhang, below the first nosing.
     heading
-        Direction of ascent in the map's xy plane from +x, counter-clockwise, rad.
+        Direction of ascent in the map's xy plane, counter-clockwise from +x, rad.
     rise, run, width
         Mean dimensions of a step, m.
     num_risers
@@ -175,12 +175,12 @@ class Flight:
 
     @property
     def is_open_below(self) -> bool:
-        """Whether the flight may begin lower: nobody knows that its first riser stands on a floor."""
+        """Whether the flight may begin lower: its first riser was not seen to stand on a floor."""
         return not self.bottom_seen
 
     @property
     def is_open_above(self) -> bool:
-        """Whether the flight may go on: nobody knows that its last nosing is the edge of a floor."""
+        """Whether the flight may go on: its last nosing was not seen to be the edge of a floor."""
         return not self.top_seen
 
     @property
@@ -369,7 +369,7 @@ class Landing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stairway:
-    """The flights and landings that join two floors, lowest flight first.
+    """A staircase from one floor to another: its flights and the landings between them, lowest first.
 
     Attributes
     ----------

@@ -40,8 +40,8 @@ class StairEdge:
     num_pixels
         How many pixels support it.
     std
-        Standard deviations of the step's own place along the stairs and upward, against the lattice of
-        its observation, its measurement included, m; NaN where a method gives none.
+        Standard deviations of where this step lies along the stairs and upward, relative to the evenly
+        spaced nosings of its observation, m, noise of the measurement included; NaN if the method gives none.
     """
 
     nosing: Points
@@ -78,8 +78,8 @@ class StairObservation:
         (3,) point where the lattice of nosings begins, camera frame: nosing ``k`` of the lattice passes
         through ``origin + k * (run * forward + rise * up)``.
     covariance
-        (6, 6) of (rise, run, origin along forward, origin along up, tilt of up about the lateral
-        axis, heading), units m and rad. Empty (0, 0) where a method gives none.
+        (6, 6) covariance of (rise, run, origin along forward, origin along up, tilt of up about the
+        lateral axis, heading), in m and rad. Empty (0, 0) if the method gives none.
     rise_information
         (2, 3) what the frame says of the rise (m) and of how far the sensor moves edges outward
         (working pixels) together: their information matrix and, in the last column, its product with
@@ -196,7 +196,7 @@ class DetectionTrace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Detection:
-    """The result of looking at one frame; true when it holds an observation.
+    """What was found in one frame. It is true, as in ``if detection:``, if it holds an observation.
 
     Attributes
     ----------
@@ -205,16 +205,16 @@ class Detection:
     observations
         Stairways, best first.
     rejections
-        Why there is none.
+        If there are none: the rules that spoke against what looked most like stairs.
     trace
-        What pictures need, where it was asked for.
+        Intermediate results for pictures; ``None`` unless the detector was asked for them.
     ground
-        The ground in view; ``None`` where none is, or a method does not look for it.
+        The ground in view; ``None`` if there is none, or if the method does not look for it.
     drops
-        Where that ground ends and goes on lower, nearest first, stairs that lead down included.
+        Edges where that ground ends and goes on lower, nearest first; the top of stairs is one.
     voids
         Where that ground ends and nothing is measured behind it, nearest first: a deep well, a dock in a hall
-        deeper than the sensor sees, or a floor that gives no returns. One frame cannot tell.
+        deeper than the sensor sees, or a floor that gives no returns. One frame cannot tell which.
     """
 
     stamp_ns: int

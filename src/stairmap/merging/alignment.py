@@ -254,7 +254,7 @@ def _fit_turn(targets: Float64Array, sources: Float64Array, turns: Sequence[floa
 
 
 def _is_same(one: _Proposal, other: _Proposal, places: Points) -> bool:
-    """Whether two proposals are one: no flight is shifted by other steps, and places lie near each other."""
+    """Whether two proposals agree: no flight is shifted by other steps, and places lie near each other."""
     shifts = {pair[:2]: pair[2] for pair in one.common}
     if any(shifts.get(pair[:2], pair[2]) != pair[2] for pair in other.common):
         return False

@@ -121,11 +121,11 @@ def find_floors(
     camera_height: float | None = None,
     known: FloorStack | None = None,
 ) -> FloorStack:
-    """Return the floors that a robot's way and stairways tell of.
+    """Find the floors of a building from where the robot drove and where its stairways end.
 
-    Where the robot stood, its way tells a floor's height: the height of the camera less that above the floor.
-    Ends of stairs only tell of floors where nobody was; an end that was not seen, of floors that nothing else
-    tells of.
+    Where the robot stood, the height of a floor is that of the camera minus the camera's height above the
+    floor. Ends of stairs count for floors where the robot never was. An end that was not seen counts only if
+    nothing else gives that floor.
 
     Parameters
     ----------
@@ -134,15 +134,15 @@ def find_floors(
     trajectory
         Poses of the camera.
     camera_height
-        Height of the camera above the floor, m, as it was measured or as ``MapSession`` saw it; ``None``: the
-        median over the floors that stairways tell of, which is as good as the ends of these.
+        Height of the camera above the floor, m, measured or from ``MapSession.camera_height``; ``None``: the
+        median over the floors at the ends of stairways, which is as accurate as these ends.
     known
         Floors that were found before; those found again keep their ``id``.
 
     Raises
     ------
     FloorError
-        If there is nothing that tells of a floor, or no stairway and no camera height.
+        If there is neither a stairway nor a trajectory with a camera height.
     """
     ends = StairEnds.of(stairways)
     if trajectory is None:

@@ -196,7 +196,17 @@ def make_portals(
     robot: RobotProfile = ANY_ROBOT,
     drops: Sequence[Drop] = (),
 ) -> tuple[Portal, ...]:
-    """Return all stairways as portals for a robot; see ``make_portal``."""
+    """Return all stairways as portals for a robot: links between floors with a cost in seconds.
+
+    Parameters
+    ----------
+    stairways, floors
+        What there is; see ``find_floors``.
+    robot
+        Who climbs; its profile gives the verdict and the cost.
+    drops
+        Edges of the ground, which staging poses keep away from.
+    """
     return tuple(make_portal(stairway, floors, robot, drops) for stairway in stairways)
 
 

@@ -75,18 +75,17 @@ class Assessment:
 def assess(stairway: Stairway, robot: RobotProfile) -> Assessment:
     """Tell whether a robot can climb a stairway.
 
-    Rise and width must have a published limit, and run or pitch: where only one of these two has
-    one, the other is left unchecked, because rise and either of them bound it. Without, the verdict
-    cannot be better than unknown. A limit on the slope of ramps stands in for both if there is neither, and
-    can only speak for a stairway, never against it.
+    For a verdict better than *unknown*, the robot must have published limits of the rise, the width, and the
+    run or the pitch. One of the last two is enough, because rise and either of them bound the other. If it
+    has neither, a limit on the slope of ramps stands in for them; it can only speak for a stairway, never
+    against it.
 
     Parameters
     ----------
     stairway
-        Its flights have at least one riser; those of one riser are held against the limit for a
-        single step.
+        Its flights have at least one riser; a flight of one riser is judged by the limit for a single step.
     robot
-        What it can do.
+        What it can do; see ``load_robot``.
     """
     checks: list[LimitCheck] = []
     unchecked: set[str] = set()

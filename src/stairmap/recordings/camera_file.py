@@ -65,7 +65,13 @@ class CameraFile:
 
 
 def load_camera(path: Path) -> PinholeCamera:
-    """Read the intrinsics of camera.json; see ``load_camera_file``, which gives the rest of it too."""
+    """Read the intrinsics of a ``camera.json`` (docs/inputs.md).
+
+    Raises
+    ------
+    CalibrationError
+        If the file cannot be read, or a value is missing or impossible.
+    """
     return load_camera_file(path).camera
 
 

@@ -53,14 +53,14 @@ def open_recording(
         Poses of the camera's optical coordinate frame (TUM format) to use instead of the recording's own.
     up
         Which axis of the poses' coordinate frame points up: ``+x -x +y -y +z -z``, ``+z`` if not given.
-        ``auto`` leaves the poses as they are and the frames without ``up``: the floor tells.
+        ``auto`` leaves the poses as they are and frames without ``up``, so that it is found from the floor.
     pose_format
         How the poses are written, if not as ``map_from_camera`` of the optical frame, x y z w, in metres:
         names of ``POSE_FORMATS`` joined by commas.
     bag
-        What to take of a bag, where it cannot be guessed.
+        Which topics and frames of a bag to use, where that is not clear by itself.
     watch
-        Is told how far the reading of a bag at opening is, which may take a second per gigabyte.
+        Called with the progress of opening a bag, which may take a second per gigabyte.
 
     Raises
     ------

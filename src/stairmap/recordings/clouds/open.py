@@ -40,7 +40,7 @@ CLOUD_SUFFIXES = tuple(_BY_SUFFIX)
 
 
 def open_cloud(path: Path) -> Cloud:
-    """Open a file of points: what it begins with counts more than its ending.
+    """Open a file of points; its format is recognised by its first bytes, else by its ending.
 
     Raises
     ------
