@@ -87,7 +87,7 @@ class Delmerico2013Config(_Section):
     """Free choices of the report's method; its published numbers are constants of the code."""
 
     detections_per_fit: int = Field(5, ge=1, le=1000)
-    """Algorithm 1's k: a model is fitted after every so many detections (the report: 5 or 10)."""
+    """Algorithm 1's k: a model is fitted each time this many detections have come (the report: 5 or 10)."""
     min_cluster_points: int = Field(250, ge=1, le=10_000_000)
     """Fewest points of a cluster that counts as a stair edge (the report: more than 250)."""
     max_pitch_deg: float = Field(45.0, gt=0, le=90)

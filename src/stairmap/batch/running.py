@@ -27,7 +27,7 @@ WAIT_PERIOD = 0.2
 """Time after which a signal is answered, s."""
 
 MAX_FRAMES = 3_000
-"""Recordings with more than one and a half times as many frames are split into pieces of at most so many: a
+"""Recordings with more than one and a half times as many frames are split into pieces of at most this many: a
 minute or two of work each."""
 
 

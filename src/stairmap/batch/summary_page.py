@@ -32,7 +32,7 @@ MAX_OUTLIERS, MAX_FAILURES = 30, 100
 """Most rows of these tables: whoever needs all has ``batch.csv``."""
 
 MIN_DEVIATIONS = 3.5
-"""A flight is an outlier when a measure is so many robust standard deviations from the median of all."""
+"""A flight is an outlier when a measure is this many robust standard deviations from the median of all."""
 
 MIN_SPREAD = {"rise": 5e-3, "run": 5e-3, "width": 30e-3, "pitch": np.radians(1.0)}
 """Smallest robust standard deviation that counts, m and rad: what measuring itself scatters."""

@@ -31,7 +31,7 @@ STAIRS = (*SCENE_GROUPS["stairs"], *SCENE_GROUPS["table1"])
 LOOK_ALIKES = SCENE_GROUPS["look-alikes"]
 
 LOOK_ALIKE_SHARE = 3
-"""Each so many-th task shows no stairs, only what looks like some."""
+"""Each N-th task shows no stairs, only what looks like some."""
 
 SENSOR_NAMES = ("kinect_v1", "kinect_v2", "d435", "phone_lidar")
 ROBOT_NAMES = ("turtlebot", "packbot", "spot", "go2", "humanoid")
@@ -40,7 +40,7 @@ SENSOR_FACTOR = 0.5
 """Frames have this part of the sensors' rows and columns: 320x240, as most methods of the field use."""
 
 FRAME_STEPS = 3
-"""A flight must be found where a frame, or a drive, shows so many of its nosings ..."""
+"""A flight must be found where a frame, or a drive, shows this many of its nosings ..."""
 
 NEAR = 3.5
 """... from a distance of no more, m: what depth cameras of the field resolve."""
@@ -52,7 +52,7 @@ NUM_DRIVE_FRAMES = 40
 """Frames of a drive."""
 
 NUM_FRAME_CHOICES = 8
-"""A single frame is one of so many of a drive, evenly spread."""
+"""A single frame is one of this many of a drive, evenly spread."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -29,7 +29,7 @@ from stairmap.visualization.collecting import ReportCollector, RuleStatistics
 from stairmap.visualization.overlay_writer import OverlayWriter
 
 MAX_FRAMES_LISTED = 10
-"""Recordings of at most so many frames are listed frame by frame."""
+"""Recordings of at most this many frames are listed frame by frame."""
 
 
 def detect_recording(request: DetectRequest) -> int:

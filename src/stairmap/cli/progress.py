@@ -166,7 +166,7 @@ class PointProgress(_WithBar):
         return self
 
     def advance(self, num_points: int) -> None:
-        """Count so many more points."""
+        """Count more points."""
         self._count += num_points
         if self._bar.is_due():
             self._bar.show(self._describe(), self._count, self._num_points)

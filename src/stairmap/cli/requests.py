@@ -267,7 +267,7 @@ class ViewRequest:
     recording
         Where its recording is now; ``None``: where it was.
     every
-        Show each so many-th frame.
+        Show each N-th frame only.
     rrd, page, mcap
         Files to write for rerun, browsers and Foxglove.
     web_port

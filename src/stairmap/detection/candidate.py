@@ -171,7 +171,7 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
 
 
 def _row_step(scene: Scene, lattice: Lattice) -> int:
-    """Every so many rows are taken: as few as leave the farthest step found ``MIN_STEP_ROWS``.
+    """Each N-th row is taken: as few as leave the farthest step found ``MIN_STEP_ROWS``.
 
     All are where stairs descend: of their farther steps few rows show.
     """

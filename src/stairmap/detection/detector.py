@@ -48,13 +48,13 @@ MAX_HEADINGS = 2
 """Headings of upright surfaces that are tried; the one of risers stands at most distances."""
 
 MIN_DISTANCES = 4
-"""Once a stairway was found, other headings are tried only where surfaces stand at so many distances."""
+"""Once a stairway was found, other headings are tried only where surfaces stand at this many distances."""
 
 SAME_HEADING = np.radians(8.0)
 """Headings nearer than this to one that was tried are not tried again, rad."""
 
 MIN_TURN, MAX_TURN = np.radians(3.0), np.radians(20.0)
-"""A heading is turned square to the edges seen along it where they differ by so much, rad."""
+"""A heading is turned square to the edges seen along it where they differ by this much, rad."""
 
 MIN_SHARPENED = 1.5
 """Where nothing was found, scans of a sensor that smooths over more rows than this, as phones do, are

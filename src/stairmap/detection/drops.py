@@ -32,14 +32,15 @@ MAX_DISTANCE = 3.5
 """Farthest edge that is looked for, m."""
 
 PERSISTENCE, MIN_BELOW = 8, 5
-"""Of so many measured rays behind an edge, at least so many end below the ground: a few stray ones do not."""
+"""Of this many measured rays behind an edge, at least the second number end below the ground: a few stray
+ones do not."""
 
 MAX_MIXED = 3
 """Most rays between the last ground and the first lower one that lie between both: pixels at an edge mix
 what they see. A ramp shows many."""
 
 STEPS_BEHIND, MIN_STEP_SHARE = 3, 0.7
-"""From the last ground to so many rays behind the first lower one, the two largest steps down make at least
+"""From the last ground to this many rays behind the first lower one, the two largest steps down make at least
 this share of the fall: an edge is one step, with a mixed pixel two, and so are the first treads of stairs."""
 
 MIN_FALL = 0.40
@@ -54,7 +55,7 @@ MAX_GAP = 0.30
 longer one nobody knows where in it the edge lies."""
 
 LAST_GROUND, MIN_LAST_GROUND = 6, 3
-"""Of so many measured rays before an edge, at least so many end on the ground."""
+"""Of this many measured rays before an edge, at least the second number end on the ground."""
 
 MAX_STEP, STEP_SHARE = 0.12, 0.12
 """Places of an edge along neighbouring bearings lie so near, m, or within this share of their distance: an

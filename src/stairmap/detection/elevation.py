@@ -25,7 +25,7 @@ STRIP_WIDTH = 16
 """Columns of a strip, working pixels: wide enough to average noise, narrow against a stairway."""
 
 COLUMN_STEP = 2
-"""Every so many columns are sampled: eight of a strip's sixteen tell its mean well enough."""
+"""Each N-th column is sampled: eight of a strip's sixteen tell its mean well enough."""
 
 MIN_FORWARD = 0.15
 """Rays with a smaller forward component (more than 81 degrees off the heading) are not used."""
@@ -47,7 +47,7 @@ STRIP_SPREAD = 0.04
 """Samples of a strip within this share of their median are averaged."""
 
 MIN_VALID_PART, MIN_NEAR_PART = 2, 3
-"""... where one in so many of them is measured, and one in so many is near the median."""
+"""... where one in N of them is measured, and one in N (the second number) is near the median."""
 
 LEAST_DEPTH = 1e-3
 """Rays with less depth for each metre forward look aside of the camera, m per m."""

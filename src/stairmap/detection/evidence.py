@@ -24,7 +24,7 @@ SURFACE_TOLERANCE = 0.012
 """A ray this near a surface, along its normal, is on it, m: three times the irregularity of built steps."""
 
 NUM_SIGMA = 3.0
-"""... beyond so many standard deviations of its noise."""
+"""... beyond this many standard deviations of its noise."""
 
 MAX_TOLERANCE_SHARE = 0.3
 """... and never more than this share of a run (risers) or a rise (treads)."""
@@ -54,7 +54,7 @@ LEAST_DEPTH = 1e-3
 """A level less than this below the camera is seen edge-on, m."""
 
 MIN_DIFFERENCE = 1.5
-"""A ray tells whether a surface goes on where that makes a difference of so many standard deviations: many
+"""A ray tells whether a surface goes on where that makes a difference of this many standard deviations: many
 rays together decide."""
 
 MAX_UNSEEN = 1
@@ -67,7 +67,8 @@ SIDE_SHARE = 0.03
 """Stairs reach from this share to the rest of the rays on them, ordered across: a few lie beside them."""
 
 FAR_LEVEL = (1.15, 1.8)
-"""A level that is seen between so many runs from its nosing is a floor or a landing: treads end before."""
+"""A level that is seen between these two numbers of runs from its nosing is a floor or a landing: treads end
+before."""
 
 MIN_LEVEL_RAYS = 6
 """Fewest rays on such a level."""

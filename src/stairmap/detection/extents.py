@@ -34,7 +34,7 @@ MAX_WALL_GAP = 0.30
 """A wall that stands at a step's end comes nearer from there by no more than this at once, m."""
 
 DEPTH_STEP, DEPTH_STEP_SQUARE = 0.06, 0.01
-"""Past an end something is nearer or farther by at least this much, m, and so much more per square metre of
+"""Past an end something is nearer or farther by at least this much, m, and this much more per square metre of
 distance, with which the noise of triangulating sensors grows."""
 
 RAMP_REACH = 2.5

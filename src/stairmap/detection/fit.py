@@ -103,7 +103,7 @@ FINE_STDS = (0.006, 0.0, 0.0)
 before the last."""
 
 RAYS_PER_SAMPLE = 6.0
-"""Neighbouring rays err together: so many count as one independent sample."""
+"""Neighbouring rays err together: this many count as one independent sample."""
 
 MIN_NOISE = 1e-4
 """No sensor knows inverse distance better, 1/m: a tenth of a millimetre at a metre."""
@@ -115,7 +115,7 @@ PLAIN_SHARE = 0.1
 """... away from edges: where an edge's place adds less than the noise, or than this share of the band."""
 
 NOISE_BAND_SIGMA = 6.0
-"""... and, where that is more, within so many of the standard deviations that the normals told."""
+"""... and, where that is more, within this many of the standard deviations that the normals told."""
 
 SIGMA_OF_MEDIAN = 1.4826
 """Standard deviation of normal errors over the median of their sizes."""

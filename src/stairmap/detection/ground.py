@@ -20,7 +20,7 @@ from stairmap.kernels import fit_ground
 from stairmap.kernels.grounds import GroundCamera, GroundLimits
 
 COLUMN_STEP = 5
-"""Every so many columns of the working image are sampled: 15 mm apart at 1 m, 40 mm at 2.5 m."""
+"""Each N-th column of the working image is sampled: 15 mm apart at 1 m, 40 mm at 2.5 m."""
 
 MIN_HEIGHT, MAX_HEIGHT = 0.12, 2.2
 """Heights of a camera above its ground, m: from the lowest robots to a camera held overhead."""
@@ -29,7 +29,7 @@ MAX_RANGE = 4.0
 """Ground is looked at up to this distance, m: beyond, noise and tilt make heights unsure."""
 
 NEAR_ROWS = 12
-"""The ground is looked for in so many measured rows at the steepest end of each bearing."""
+"""The ground is looked for in this many measured rows at the steepest end of each bearing."""
 
 HEIGHT_BIN = 0.02
 """Width of a bin of the histogram of heights, m: twice the noise of near ground."""
@@ -42,20 +42,20 @@ EXPECTED_TOLERANCE = 0.10
 
 NOISE, NOISE_PER_METRE = 0.025, 0.012
 """A ray is on the ground when it ends within this of its plane, m: the noise of a near one, carpets, joints;
-and so much more with each metre, for what the plane is tilted by."""
+and this much more with each metre, for what the plane is tilted by."""
 
 MAX_TILT = 0.14
 """Slope of the ground against the level by which the frame was sampled: 8 degrees."""
 
 REACH_GROWTH = 1.5
-"""The fit reaches so many times as far in each round, from the nearest ground on: what lies lower behind an
+"""The fit reaches this many times as far in each round, from the nearest ground on: what lies lower behind an
 edge has then no part in it."""
 
 FIT_ROW_STEP, FIT_COLUMN_STEP = 3, 3
-"""Every so many rows and columns are fitted: a thousand rays tell three numbers well enough."""
+"""Each N-th row and column is fitted: a thousand rays tell three numbers well enough."""
 
 FIRST_LIMIT, FIRST_LIMIT_PER_METRE = 0.08, 0.05
-"""Rays within this of the level at the height found may be fitted, m, and so much more per metre."""
+"""Rays within this of the level at the height found may be fitted, m, and this much more per metre."""
 
 STEADINESS = 5.0
 """Weight of a level plane against the rays': that of five at a metre."""
@@ -67,7 +67,7 @@ LEAST_DEPTH = 1e-3
 """Rays with less depth for each metre forward look aside of the camera, m per m."""
 
 RANGE_BIN, NUM_RANGE_BINS = 0.125, 32
-"""What was seen is kept in bins of this length, m: so many reach to 4 m."""
+"""What was seen is kept in bins of this length, m: this many reach to 4 m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -39,10 +39,10 @@ MAX_RESIDUAL_SHARE, RESIDUAL_FLOOR = 0.02, 4e-5
 allowed, 1/m squared: a jump inside of a window leaves several percent."""
 
 JUMP_STEP = 6
-"""Every so many columns and rows are looked at for how a sensor shows jumps."""
+"""Each N-th column and row is looked at for how a sensor shows jumps."""
 
 JUMP_REACH, PLATEAU_REACH = 3, 6
-"""A jump is looked at over so many pixels to either side of it; beyond, up to the second, lie plateaus."""
+"""A jump is looked at over this many pixels to either side of it; beyond, up to the second, lie plateaus."""
 
 MIN_JUMP_SHARE, MAX_PLATEAU_SHARE = 0.05, 0.15
 """Least share of inverse depth that a jump takes, and the most that a plateau changes, of the jump: a floor

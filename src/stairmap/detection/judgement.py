@@ -49,7 +49,7 @@ TURN_BAND = 0.45
 """Rays within this share of a run of a riser tell how it is turned; a turned riser leaves a narrow band."""
 
 RAYS_PER_SAMPLE = 1.5
-"""So many rays tell a turn like one independent sample: across the stairs neighbours err less together."""
+"""This many rays tell a turn like one independent sample: across the stairs neighbours err less together."""
 
 SIDE_MARGIN = 0.05
 """So near to the ends of the stairs rays do not tell a turn, m: a strip's ray averages over that much."""

@@ -28,7 +28,7 @@ MAX_GROUP_DISTANCE, MAX_GROUP_HEIGHT = 0.09, 0.05
 """Farther apart than this, m, corners are of different nosings whatever the noise."""
 
 MAX_STRIP_GAP = 2
-"""Scans of one nosing are at most so many strips apart."""
+"""Scans of one nosing are at most this many strips apart."""
 
 MIN_STRIPS = 2
 """Fewest strips of a nosing."""

@@ -26,7 +26,7 @@ NOISE_JUMP = 5.0
 """A jump is larger than this many standard deviations of inverse distance."""
 
 MIN_NOTHING_ROWS = 8
-"""An edge before nothing at all counts as a jump where so many rows hold no measurement."""
+"""An edge before nothing at all counts as a jump where this many rows hold no measurement."""
 
 MIN_CORNER = np.radians(40.0)
 """Smallest angle between the surfaces below and above a crease: worn and sloping risers keep half of 90°."""
@@ -59,10 +59,10 @@ MAX_DEEPER = 0.05
 _JUMP_ROWS = np.array(JUMP_ROWS)
 
 MAX_PAIR_STRIPS = 3
-"""Corners of one edge are compared over so many strips at most."""
+"""Corners of one edge are compared over this many strips at most."""
 
 PAIR_HEIGHT, PAIR_HEIGHT_ROWS = 0.012, 1.5
-"""Corners of one edge lie within this height of each other, m, and so many rows: level edges only."""
+"""Corners of one edge lie within this height of each other, m, and this many rows: level edges only."""
 
 MAX_EDGE_TURN = np.radians(65.0)
 """An edge that is turned more against the heading is seen almost end on, rad."""

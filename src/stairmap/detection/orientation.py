@@ -29,7 +29,7 @@ MAX_UPRIGHT, MIN_UPRIGHT = 0.45, 20
 """Largest component along up of an upright normal, 27 degrees, and the fewest of them that tell a heading."""
 
 DISTANCE_BIN, MAX_DISTANCE_BINS, MIN_IN_BIN = 0.08, 100, 3
-"""Distances across a heading are counted in bins of so many metres, half of a short run, up to 8 m; more
+"""Distances across a heading are counted in bins of this many metres, half of a short run, up to 8 m; more
 normals than the last make one a surface's."""
 
 MIN_FLOOR_DOWN, MIN_FLOOR_DISTANCE = 0.5, 0.1
@@ -57,7 +57,7 @@ POSE_UP_STD = np.radians(0.4)
 """Standard deviation of the up of a pose, rad: SLAM with an IMU holds roll and pitch to 0.3 to 0.5°."""
 
 LEVEL_NORMAL_STD, NORMALS_PER_SAMPLE = np.radians(1.5), 15.0
-"""Standard deviation of one independent normal, rad; so many normals count as one, for windows overlap."""
+"""Standard deviation of one independent normal, rad; this many normals count as one, for windows overlap."""
 
 GROUNDS = ((0.85, np.radians(0.15)), (0.15, np.radians(1.2)))
 """Floors and treads: how many are level and how many slope, and by how much (standard deviation), rad. Ramps

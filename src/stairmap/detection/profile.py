@@ -37,7 +37,8 @@ EDGE_PLACE_STD = 0.5
 """A row shows what lies somewhere within it: standard deviation of an edge's place, rows."""
 
 MAX_OFFSET, NEAR_OFFSET = 6.0, 3.0
-"""A border is felt over so many widths of the kernel; its other side counts as seen over so many."""
+"""A border is felt over this many widths of the kernel; over the second number of them its other side counts
+as seen."""
 
 LOGISTIC_WIDTH = 0.55
 """Scale of the logistic function that is nearest to a Gaussian's integral, in its standard deviations."""

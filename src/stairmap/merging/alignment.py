@@ -35,8 +35,8 @@ SAME_HEIGHT = 0.10
 open ends may be shifted."""
 
 CLEARLY_WORSE = 0.08
-"""A proposal is dropped if its flights lie so much farther apart than those of the best one, m: places err by
-some 5 cm, and two flights of which one is shifted by a step lie 16 cm apart at best."""
+"""A proposal is dropped if its flights lie this much farther apart than those of the best one, m: places err
+by some 5 cm, and two flights of which one is shifted by a step lie 16 cm apart at best."""
 
 MIN_STOREY = 2.0
 """Two floors of a building lie at least so far apart, m: people stand upright between them."""
@@ -189,7 +189,7 @@ def align_pair(
 
 
 def count_floors_between(first: Sequence[float], second: Sequence[float], shift: float) -> int:
-    """Return how many floors of the second map, so much higher, lie between those of the first, not on them.
+    """Return how many floors of the second map, raised by ``shift``, lie between those of the first.
 
     A floor that is a storey away from all others counts as little as one that is the same: the first run may
     not have been there.

@@ -30,7 +30,7 @@ PLACE_MARGIN = 0.30
 """Places of one flight in two aligned maps differ by no more beyond that, m: maps drift."""
 
 MIN_SHARED_RISERS = 2
-"""Flights of which ends are open may be shifted by whole steps as long as so many risers stay common."""
+"""Flights of which ends are open may be shifted by whole steps as long as this many risers stay common."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +97,7 @@ def step_shifts(first: Flight, second: Flight) -> Iterator[int]:
 
 
 def first_from_second(first: Flight, second: Flight, shift: int) -> Transform:
-    """Return the (4, 4) level transform that puts the second flight on the first, so many steps up.
+    """Return the (4, 4) level transform that puts the second flight on the first, ``shift`` steps up.
 
     Sideways, centre lies on centre, or seen end on seen end where one alone was seen by both.
     """

@@ -28,7 +28,7 @@ MIN_DISTANCE = 0.3
 """Edges that are nearer are placed no better, m."""
 
 MIN_APPROACH = 0.3
-"""An edge with nothing measured behind it must be seen from distances that differ by so much, m: where a
+"""An edge with nothing measured behind it must be seen from distances that differ by this much, m: where a
 sensor sees no farther, ground seems to end as well, but always as far from the robot."""
 
 ACROSS = (0.20, 0.35)
@@ -98,7 +98,7 @@ class DropCells:
         return np.asarray(self._cells["last_seen_ns"][: len(self)])
 
     def confirmed(self, min_score: int) -> IntArray:
-        """Return the indices of cells for which so many more frames speak than against them.
+        """Return the indices of cells for which this many more frames speak than against them.
 
         Where nothing was ever measured behind the edge, they must come from different distances.
         """

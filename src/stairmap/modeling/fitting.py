@@ -97,7 +97,7 @@ def fit_flight(table: ObservationTable, placed: PlacedObservations, members: Int
     extent = find_extent(edges, axes[owner, 1], index == first)
     left, right = extent.left, extent.right
 
-    # The base is so many steps away from where most observations begin.
+    # The base is this many steps away from where most observations begin.
     lever = first - float(np.mean(shift))
     forward_std = np.hypot(
         place_std(axes[:, 0] - shift * run, records["forward_variance"] + POSE_STD**2), lever * run_std

@@ -17,7 +17,7 @@ from stairmap.modeling.look_table import is_withdrawn
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
 
 MIN_CONFIRMED_STEPS = 3
-"""A stairway is reported when so many of its steps were seen at least twice."""
+"""A stairway is reported when this many of its steps were seen at least twice."""
 
 MIN_AGREEING_SHARE = 0.55
 """Share of a flight's observations whose rise and run must agree with it."""

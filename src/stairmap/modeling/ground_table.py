@@ -10,7 +10,7 @@ from stairmap.detection.ground import NUM_RANGE_BINS, RANGE_BIN, GroundView
 from stairmap.modeling.observation_table import with_room
 
 NUM_BEARINGS = 48
-"""What was seen is kept along so many bearings: 1.2 degrees apart in an ordinary camera's view."""
+"""What was seen is kept along this many bearings: 1.2 degrees apart in an ordinary camera's view."""
 
 VIEW_FIELDS = np.dtype(
     [
@@ -31,7 +31,7 @@ EDGE_FIELDS = np.dtype(
 """An edge: its ends, camera frame, m; its depth, NaN at a void, and its distance from the camera, m."""
 
 HEIGHT_WINDOW = 0.06
-"""Heights of the camera within so much of each other are one, m: gait and noise make less."""
+"""Heights of the camera within this much of each other are one, m: gait and noise make less."""
 
 MIN_HEIGHT_SHARE = 0.5
 """Least share of the views that must agree on the camera's height: over a table it is carried by hand."""

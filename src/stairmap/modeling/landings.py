@@ -24,7 +24,7 @@ LANDING_STEP_SHARE = 0.6
 """... or this share of the rise, if that is more: a riser at either end may have been missed by half."""
 
 STEP_COST = 5.0
-"""Among flights that may follow, a metre of height counts as so many metres of way."""
+"""Among flights that may follow, a metre of height counts as this many metres of way."""
 
 MAX_LANDING_LENGTH = 3.0
 """Largest level distance between the end of one flight and the foot of the next, m."""

@@ -32,7 +32,7 @@ MAX_TURN = float(np.radians(10.0))
 """... and the direction is no more off, rad."""
 
 NUM_VIEWS = 18
-"""A flight is judged by the last views that tell whether it is there, looks and observations: so many. Six
+"""A flight is judged by the last views, this many, that tell whether it is there: looks and observations. Six
 neighbouring frames err together, by one wrong pose or one bad image, so these are three independent ones."""
 
 MAX_SUPPORT = 3

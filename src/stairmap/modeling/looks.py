@@ -18,7 +18,7 @@ from stairmap.stairway import Flight
 from stairmap.transforms import invert_transform
 
 MAX_STEPS = 8
-"""Rays go to at most so many steps of a flight, evenly spread: more tell nothing new and cost time."""
+"""Rays go to at most this many steps of a flight, evenly spread: more tell nothing new and cost time."""
 
 RISER_SHARES = (0.25, 0.5, 0.75)
 """Heights on a riser that rays go to, in shares of the rise: away from the edges, where depths mix."""

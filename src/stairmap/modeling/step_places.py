@@ -25,7 +25,8 @@ UNSTATED_STD = (0.004, 0.003)
 step is pulled to the lattice. Where such edges scatter more, they count for less."""
 
 HUBER = 2.0
-"""An edge that is off by more than so many standard deviations pulls no harder than one at that distance."""
+"""An edge that is off by more than this many standard deviations pulls no harder than one at that
+distance."""
 
 NUM_PASSES = 3
 """How often edges that stand out are weighed anew."""

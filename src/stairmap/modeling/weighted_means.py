@@ -16,7 +16,7 @@ DRIFT_ALONG = 0.5
 the heading: near frames, which weigh most, were taken within a shorter time than all."""
 
 FRAMES_PER_SAMPLE = 6.0
-"""Neighbouring frames see the same steps from nearly the same place: so many count as one."""
+"""Neighbouring frames see the same steps from nearly the same place: this many count as one."""
 
 SYSTEMATIC_STD = 0.0006
 """What no number of observations averages out of rise and run, m: sensor bias and uneven steps."""

@@ -53,7 +53,7 @@ def live(
             "--frames",
             min=1,
             metavar="N",
-            help="End after so many frames. Default: at Ctrl-C.",
+            help="End after N frames. Default: at Ctrl-C.",
             rich_help_panel=INPUT,
             show_default=False,
         ),
