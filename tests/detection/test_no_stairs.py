@@ -10,6 +10,7 @@ import pytest
 
 from stairmap.config import Config
 from stairmap.detection.detector import StairEdgeDetector
+from stairmap.detection.observation import Rejection
 from stairmap.frame import DepthFrame
 from stairmap.recordings.open import open_recording
 from stairmap.simulation.look_alikes import LOOK_ALIKES
@@ -85,6 +86,28 @@ def test_every_frame_of_a_look_alike_says_why_there_is_none(scene: str) -> None:
     for frame in frames_of_drive(scene, "ideal", seed=3):
         detection = detector.detect(frame)
         assert detection or detection.rejections
+        for rejection in detection.rejections:
+            check_breaks_its_limit(rejection)
+
+
+def test_corners_in_a_row_that_no_profile_explains_are_no_steps() -> None:
+    """Bleachers, 0.4 m high, once gave ``min_steps: 5, limit 3`` as the reason against them."""
+    rejections = [
+        rejection
+        for frame in frames_of_drive("bleachers", "d435", seed=1)
+        for rejection in StairEdgeDetector(Config()).detect(frame).rejections
+    ]
+    assert rejections
+    for rejection in rejections:
+        check_breaks_its_limit(rejection)
+
+
+def check_breaks_its_limit(rejection: Rejection) -> None:
+    """A reason against stairs is a measure on the wrong side of its limit."""
+    if rejection.rule.startswith("min_"):
+        assert not rejection.measured >= rejection.limit, rejection
+    if rejection.rule.startswith("max_"):
+        assert not rejection.measured <= rejection.limit, rejection
 
 
 @pytest.mark.parametrize("folder", REAL_NEGATIVES)

@@ -141,7 +141,8 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
             seen = opened
     if seen is None:
         limit = config.detection.min_steps
-        rejection = Rejection(rule="min_steps", measured=len(lattice.indices), limit=limit, unit="1")
+        # Corners in a row that no profile explains: one step of them at most was seen.
+        rejection = Rejection(rule="min_steps", measured=1, limit=limit, unit="1")
         return Candidate(
             observation=None, rejections=(rejection,), score=0.5 * len(lattice.indices), scene=scene,
             lattice=lattice,
