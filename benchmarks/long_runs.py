@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from samples import Sample, timed
+from samples import FRAMES_PER_DRIVE, Sample, timed
 
 from stairmap.arrays import Transform
 from stairmap.detection.observation import StairObservation
@@ -103,6 +103,48 @@ def measure_queries(samples: list[Sample], num_observations: int = 10_000) -> st
         "and is then corrected."
     )
     return note + "\n\n" + format_table(header, rows)
+
+
+NUM_PLACES, PLACE_SPACING = 100, 60.0
+"""Stairways of a large map, and how far apart they stand in rows of ten, m."""
+
+
+def measure_large_queries(samples: list[Sample], num_observations: int = 100_000) -> str:
+    """Return the time of ``stairways()`` of the default method with 100 stairways."""
+    detector, modeler = make_detector(), make_modeler()
+    # One drive, again and again at other places.
+    seen = [
+        (observation, sample.pose)
+        for sample in samples[:FRAMES_PER_DRIVE]
+        for observation in detector.detect(sample.frame).observations
+    ]
+    true_poses, stamps_ns = np.zeros((num_observations, 4, 4)), np.arange(num_observations) * FRAME_NS
+    for count in range(num_observations):
+        observation, pose = seen[count % len(seen)]
+        place = count * NUM_PLACES // num_observations
+        true_poses[count] = pose
+        true_poses[count, :2, 3] += PLACE_SPACING * np.array([place % 10, place // 10])
+        modeler.add(replace(observation, stamp_ns=int(stamps_ns[count])))
+    drifted_poses = true_poses.copy()
+    drifted_poses[:, :2, 3] += np.linspace(0, 0.3, num_observations)[:, None]
+    last = num_observations - 1
+    before = Trajectory(stamps_ns=stamps_ns[:last], map_from_camera=drifted_poses[:last])
+    drifted = Trajectory(stamps_ns=stamps_ns, map_from_camera=drifted_poses)
+    copy = Trajectory(stamps_ns=stamps_ns.copy(), map_from_camera=drifted_poses.copy())
+    closed_poses = close_loop(stamps_ns, drifted_poses, true_poses)
+    closed = Trajectory(stamps_ns=stamps_ns, map_from_camera=closed_poses)
+    queries = {
+        "first query": before,
+        "one observation more": drifted,
+        "nothing changed": copy,
+        "after a loop closure": closed,
+    }
+    rows = []
+    for name, trajectory in queries.items():
+        stairways, spent = timed(modeler.stairways, trajectory)
+        rows.append([name, str(len(stairways)), f"{1e3 * spent:.1f}"])
+    note = f"{num_observations:,} observations of {NUM_PLACES} stairways, default method, processor time."
+    return note + "\n\n" + format_table(("query", "stairways", "ms"), rows)
 
 
 def resident_mb() -> float:

@@ -1,27 +1,27 @@
-"""Measure what stairmap costs: per frame and stage, against bare OpenCV, over 10,000 frames, at start.
+"""Measure what stairmap costs: detection, modeling, queries, whole commands, start; against bare OpenCV.
 
-Writes the section "speed" of BENCHMARKS.md. All times are processor times of one thread; what is compared is
-measured in turn on the same frames in the same run, so that a busy machine slows all of them alike.
+Writes the sections "detection_speed" and "speed" of BENCHMARKS.md. Times are processor times of one thread
+where nothing else is said; what is compared is measured in turn on the same frames in the same run, so that a
+busy machine slows all of them alike.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import statistics
-import subprocess
 import sys
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 from detection_speed import measure_detection
 from document import BenchmarkRun, describe_run, write_section
-from long_runs import measure_growth, measure_queries
+from kernel_results import measure_agreement
+from long_runs import measure_growth, measure_large_queries, measure_queries
 from samples import Sample, load_samples, timed
 from stage_times import timed_stages
+from whole_commands import measure_commands, measure_start
 
 from stairmap.config import Config
 from stairmap.delmerico2013 import lines as report_lines
@@ -34,46 +34,62 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THRE
 """Environment in which numpy computes on one thread; it must be set before numpy is imported."""
 
 SIZES = (320, 640)
-NUM_STARTS = 9
 
 
 def main() -> None:
-    """Measure everything and write the section."""
+    """Measure everything and write both sections."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cache", type=Path, default=None, help="keep rendered frames here")
     parser.add_argument("--num-frames", type=int, default=10_000, help="length of the long run")
     parser.add_argument("--detection-only", action="store_true", help="only kinds of frames and kernels")
+    parser.add_argument("--print", action="store_true", dest="is_dry", help="write nothing")
     arguments = parser.parse_args()
     if os.environ | ONE_THREAD != os.environ:
         os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | ONE_THREAD)
     cv2.setNumThreads(1)
-    run = BenchmarkRun()
-    samples = {width: load_samples(width, arguments.cache) for width in SIZES}
     if VARIANT != "compiled":
         raise SystemExit(f"expected compiled kernels, both are measured; got {describe_kernels()}")
-    detection = measure_detection(samples, arguments.cache)
+    samples = {width: load_samples(width, arguments.cache) for width in SIZES}
+    write_part(
+        "detection_speed",
+        "## Speed of detection",
+        lambda: [measure_detection(samples, arguments.cache)],
+        is_dry=arguments.is_dry,
+    )
     if arguments.detection_only:
-        text = f"## Speed of detection\n\n{describe_run(run)}\n\n{detection}"
-        write_section("detection_speed", text)
-        print(text)
         return
-    write_section("detection_speed", f"## Speed of detection\n\n{describe_run(run)}\n\n{detection}")
-    parts = [
+    write_part(
+        "speed",
         "## Speed",
-        "### Per frame, one thread",
-        measure_frames(samples),
-        "### Where the default detector's time goes",
-        measure_stages(samples),
-        f"### Over {arguments.num_frames:,} frames, 320×240",
-        measure_growth(samples[320], arguments.num_frames),
-        "### After a loop closure over 10,000 observations",
-        measure_queries(samples[320]),
-        "### Start",
-        measure_start(),
-    ]
-    parts.insert(1, describe_run(run))
-    write_section("speed", "\n\n".join(parts))
-    print("\n\n".join(parts))
+        lambda: [
+            "### Per frame, one thread",
+            measure_frames(samples),
+            "### Where the default detector's time goes",
+            measure_stages(samples),
+            "### Compiled against NumPy kernels over whole drives",
+            measure_agreement(samples),
+            f"### Over {arguments.num_frames:,} frames, 320×240",
+            measure_growth(samples[320], arguments.num_frames),
+            "### Queries",
+            measure_queries(samples[320]),
+            measure_large_queries(samples[320]),
+            "### Whole commands",
+            measure_commands(arguments.cache),
+            "### Start",
+            measure_start(),
+        ],
+        is_dry=arguments.is_dry,
+    )
+
+
+def write_part(name: str, title: str, measure: Callable[[], list[str]], *, is_dry: bool) -> None:
+    """Measure one section, and write it unless it is only printed."""
+    run = BenchmarkRun()
+    parts = measure()
+    text = "\n\n".join([title, describe_run(run), *parts])
+    if not is_dry:
+        write_section(name, text)
+    print(text)
 
 
 def measure_frames(samples: dict[int, list[Sample]]) -> str:
@@ -156,26 +172,6 @@ def measure_stages(samples: dict[int, list[Sample]]) -> str:
         for name in names
     ]
     return format_table(("function", *(f"{w}×{w * 3 // 4}, mean ms" for w in SIZES)), rows)
-
-
-def measure_start() -> str:
-    """Return how long a fresh interpreter takes."""
-    executable = str(Path(sys.executable).parent / "stairmap")
-    commands = {
-        "`python -c pass`": [sys.executable, "-c", "pass"],
-        "`python -c 'import numpy'`": [sys.executable, "-c", "import numpy"],
-        "`python -c 'import stairmap'`": [sys.executable, "-c", "import stairmap"],
-        "`stairmap --help`": [executable, "--help"],
-        "`stairmap run --help`": [executable, "run", "--help"],
-    }
-    seconds: dict[str, list[float]] = {name: [] for name in commands}
-    for _ in range(NUM_STARTS):
-        for name, command in commands.items():
-            start = time.monotonic()
-            subprocess.run(command, check=True, capture_output=True)
-            seconds[name].append(time.monotonic() - start)
-    rows = [[name, f"{statistics.median(s):.2f}", f"{min(s):.2f}"] for name, s in seconds.items()]
-    return format_table(("command", f"median of {NUM_STARTS}, s of wall time", "fastest, s"), rows)
 
 
 def find_edges(grey: np.ndarray) -> np.ndarray:
