@@ -186,6 +186,14 @@ def test_masks_and_graph_of_an_earlier_robot_are_removed_by_the_next_export(towe
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["route_graph.geojson"]
 
 
+def test_a_map_that_no_format_reads_is_refused(tower, tmp_path):
+    """A broken map once passed in silence, and the mask was not laid out like it."""
+    folder, maps = tower
+    outcome = stairmap("export", folder, "-f", "keepout", "--map", maps[0], "-o", tmp_path / "out")
+    check_refused(outcome, "--map is for nav2-graph and rmf alone")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_run_that_saw_a_drop_and_no_stairs_has_a_mask(tmp_path):
     (tmp_path / "dock").mkdir()
     edge = np.array([[2.0, 1.0, 0.0], [2.0, -1.0, 0.0]])

@@ -214,3 +214,6 @@ def test_a_drop_comes_back_from_its_dictionary():
     assert Drop.from_dict(drop.to_dict()).to_dict() == drop.to_dict()
     with pytest.raises(ValueError, match="depth"):
         Drop.from_dict({**drop.to_dict(), "depth": -1.0})
+    for edge in ([[1, 2, 3], [1, 2, 3]], [[1, 2, 0], [1, 2, 3]], [[0, 0, 0], [1001, 0, 0]]):
+        with pytest.raises(ValueError, match="long in plan"):
+            Drop.from_dict({**drop.to_dict(), "edge": edge})

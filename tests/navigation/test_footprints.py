@@ -17,7 +17,7 @@ from stairmap.navigation.footprints import (
     make_keepout_mask,
     stair_rectangles,
 )
-from stairmap.navigation.occupancy import OccupancyGrid
+from stairmap.navigation.occupancy import MapError, OccupancyGrid
 from stairmap.stairway import Landing
 from walkable_stairways import make_flight, make_half_turn, make_stairway
 
@@ -134,3 +134,10 @@ def test_a_mask_without_a_map_has_a_free_metre_around_the_stairs():
     centers = mask.centers(rows, columns)
     assert centers.min(axis=0) == pytest.approx([0.05, -0.55])
     assert centers.max(axis=0) == pytest.approx([1.15, 0.55])
+
+
+def test_stairs_that_lie_kilometres_apart_get_no_mask_that_fills_the_memory():
+    pair = [make_stairway(make_flight(base=(x, 0.0, 0.0)), stairway_id=x + 1) for x in (0, 20_000)]
+    pair.append(make_stairway(make_flight(base=(0.0, 9_000.0, 0.0)), stairway_id=7))
+    with pytest.raises(MapError, match=r"floor 0 would be 20\.0 x 9\.0 km large"):
+        make_keepout_mask(pair, find_floors(pair), 0)

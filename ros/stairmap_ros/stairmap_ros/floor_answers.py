@@ -9,7 +9,7 @@ import numpy as np
 from stairmap.arrays import Vector
 from stairmap.navigation.floors import FloorError, FloorStack, find_floors
 from stairmap.navigation.footprints import forbidden_ground, make_keepout_mask
-from stairmap.navigation.occupancy import FREE, OccupancyGrid
+from stairmap.navigation.occupancy import FREE, MapError, OccupancyGrid
 from stairmap.navigation.portals import ANY_ROBOT, Portal, make_portals
 from stairmap.navigation.robot_profile import RobotProfile
 from stairmap.navigation.traversability import assess
@@ -72,13 +72,13 @@ def answer_floors(
         return FloorAnswer()
     try:
         floors = find_floors(answer.stairways, way, camera_height=answer.camera_height, known=before.floors)
-    except FloorError:
+        stairways, drops = forbidden_ground(answer.stairways, answer.drops, robot)
+        masks = {
+            floor.level: make_keepout_mask(stairways, floors, floor.level, drops=drops) or EMPTY_MASK
+            for floor in floors.floors
+        }
+    except (FloorError, MapError):  # no floor yet, or a localiser that jumps by kilometres
         return before
-    stairways, drops = forbidden_ground(answer.stairways, answer.drops, robot)
-    masks = {}
-    for floor in floors.floors:
-        mask = make_keepout_mask(stairways, floors, floor.level, drops=drops)
-        masks[floor.level] = EMPTY_MASK if mask is None else mask
     portals = make_portals(answer.stairways, floors, robot or ANY_ROBOT, answer.drops)
     return FloorAnswer(floors=floors, portals=portals, masks=masks, current_level=before.current_level)
 

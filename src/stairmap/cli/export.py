@@ -42,6 +42,9 @@ FILES = {
 }  # fmt: skip
 """File that each format writes; keep-out masks are one a floor, Spot's staircases one a flight."""
 
+_OVER_FLOORS = {"nav2-graph", "rmf"}
+"""Formats that need maps of the floors."""
+
 
 def export_stairways(request: ExportRequest) -> int:
     """Write the stairways of a run in each format that was asked for; return the exit code.
@@ -60,6 +63,9 @@ def export_stairways(request: ExportRequest) -> int:
         raise ConfigError(
             "GeoJSON needs the place on earth; pass --anchor LAT,LON[,BEARING] of the map's origin"
         )
+    if (request.maps or request.recording) and not _OVER_FLOORS & set(request.formats):
+        option = "--map" if request.maps else "--recording"
+        raise ConfigError(f"{option} is for nav2-graph and rmf alone, which lead over floors; leave it out")
     anchor = None if request.anchor is None else EarthAnchor(
         latitude=request.anchor[0], longitude=request.anchor[1], bearing=request.anchor[2],
         height=request.anchor[3],
@@ -101,7 +107,7 @@ class _Task:
 
 def _grids(request: ExportRequest, building: Building) -> tuple[dict[int, OccupancyGrid], str]:
     """Maps of floors for the formats that lead over them; without a recording none, and a sentence why."""
-    if not {"nav2-graph", "rmf"} & set(request.formats):
+    if not _OVER_FLOORS & set(request.formats):
         return {}, ""
     maps = FloorMaps(run=request.run, recording=request.recording, maps=request.maps)
     try:

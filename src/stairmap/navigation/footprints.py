@@ -17,7 +17,7 @@ from stairmap.arrays import Float64Array, Mask
 from stairmap.drop import Drop
 from stairmap.navigation.carried_stairs import carry_to_floors
 from stairmap.navigation.floors import FloorStack
-from stairmap.navigation.occupancy import FREE, OCCUPIED, OccupancyGrid
+from stairmap.navigation.occupancy import FREE, OCCUPIED, MapError, OccupancyGrid
 from stairmap.navigation.robot_profile import RobotProfile
 from stairmap.navigation.traversability import assess
 from stairmap.stairway import Flight, Stairway
@@ -43,6 +43,9 @@ MAX_DROP_OFFSET = 0.4
 
 _BORDER = 1.0
 """Free border around the stairs of a mask that no map gives its extent, m."""
+
+MAX_CELLS = 200_000_000
+"""Most cells of such a mask: half a square kilometre of cells of 0.05 m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -203,6 +206,11 @@ def make_keepout_mask(
     Returns
     -------
     The mask; ``None`` where nothing touches the floor and no map gives an extent.
+
+    Raises
+    ------
+    MapError
+        If it would have more than ``MAX_CELLS`` cells.
     """
     rectangles = [
         rectangle
@@ -216,6 +224,12 @@ def make_keepout_mask(
         corners = np.concatenate([rectangle.corners() for rectangle in rectangles])
         low = np.floor((corners.min(axis=0) - _BORDER) / resolution) * resolution
         size = np.ceil((corners.max(axis=0) + _BORDER - low) / resolution).astype(int)
+        if float(size[0]) * float(size[1]) > MAX_CELLS:
+            wide, deep = size * resolution / 1000
+            raise MapError(
+                f"a keep-out mask of floor {level} would be {wide:.1f} x {deep:.1f} km large: its stairs and "
+                "drops lie so far apart; export a part of the run, or look whether its poses jump"
+            )
         like = OccupancyGrid(
             cells=np.zeros((size[1], size[0]), dtype=np.int8),
             resolution=resolution,
