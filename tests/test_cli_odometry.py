@@ -85,3 +85,15 @@ def test_the_run_can_be_looked_at_again_with_its_poses(outcome):
     reference = load_recording_reference(folder)
     assert reference is not None
     assert len(reference.open().check_poses()) == 8
+
+
+def test_a_batch_finds_the_same_poses_and_stairways_and_its_folder_can_be_viewed(
+    without_poses, outcome, tmp_path
+):
+    folder, _ = outcome
+    pytest.importorskip("distributed")
+    batch = stairmap("batch", without_poses, "--odometry", "-o", tmp_path / "fleet", "--workers", "0")
+    assert batch.code == 0, batch.stderr
+    for name in ("stairways.json", "detections.jsonl", "trajectory.tum", "config.yaml", "recording.json"):
+        assert (tmp_path / "fleet" / "walk" / name).read_bytes() == (folder / name).read_bytes(), name
+    assert load_recording_reference(tmp_path / "fleet" / "walk").open().trajectory is not None

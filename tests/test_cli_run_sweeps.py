@@ -115,3 +115,11 @@ def test_a_folder_of_images_has_no_sweeps(tmp_path: Path) -> None:
     outcome = stairmap("run", write_recording(tmp_path / "images"), "--cloud-topic", "/points")
     assert outcome.code == 1
     assert "expected a bag with sweeps of a LiDAR" in outcome.stderr
+
+
+def test_a_batch_finds_the_same_stairways(walk: Path, run: tuple[dict, Path], tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    batch = stairmap("batch", walk, "-o", tmp_path / "fleet", "--workers", "0")
+    assert batch.code == 0, batch.stderr
+    for name in ("stairways.json", "detections.jsonl", "trajectory.tum", "config.yaml"):
+        assert (tmp_path / "fleet" / "walk" / name).read_bytes() == (run[1] / name).read_bytes(), name

@@ -126,9 +126,17 @@ def load_config(path: Path | None = None, overrides: Sequence[str] = ()) -> Conf
         raise ConfigError(f"config {first_mistake(error)}") from error
 
 
-def dump_config(config: Config) -> str:
-    """Return the configuration as YAML that ``load_config`` reads back equal."""
-    return yaml.safe_dump(config.model_dump(), sort_keys=False)
+def dump_config(config: Config, *, only_given: bool = False) -> str:
+    """Return the configuration as YAML that ``load_config`` reads back equal.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    only_given
+        Leave out what nobody set, so that it still can be told from what was set to its default.
+    """
+    return yaml.safe_dump(config.model_dump(exclude_unset=only_given), sort_keys=False)
 
 
 def _load_yaml(path: Path) -> dict[str, Any]:

@@ -31,7 +31,7 @@ class BatchSettings:
     Attributes
     ----------
     config_yaml
-        The resolved configuration as ``dump_config`` writes it.
+        The configuration as ``dump_config`` writes it; with odometry only what was given.
     method, up, pose_format, with_odometry
         See ``stairmap run --help``.
     bag

@@ -35,8 +35,10 @@ def run_batch(request: BatchRequest) -> int:
     load_pyarrow()
     # A column is called what the user called the robot: spot, or the name of a file.
     robots = {Path(name).stem: load_robot(name) for name in request.robots}
+    config = load_config(request.config_file, request.overrides)
     settings = BatchSettings(
-        config_yaml=dump_config(load_config(request.config_file, request.overrides)),
+        # Poses from depth bring a drift of their own, unless one was given.
+        config_yaml=dump_config(config, only_given=request.with_odometry),
         method=request.method,
         up=request.up,
         pose_format=request.pose_format,
