@@ -188,7 +188,7 @@ def test_a_pcd_header_that_cannot_be_is_refused(tmp_path: Path, old: str, new: s
 def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.docx").write_bytes(b"PK\x03\x04 and more")
 
-    with pytest.raises(RecordingError, match=r"expected a file of points \(.pcd, .*\), but .* is none"):
+    with pytest.raises(RecordingError, match=r"expected a file of points \(.pcd, .*\), but .* is not one"):
         open_cloud(tmp_path / "notes.docx")
 
 

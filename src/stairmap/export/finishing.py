@@ -61,7 +61,7 @@ def finish_run_folder(run: Path) -> FinishedRun:
     """
     if not run.is_dir() or not (is_unfinished(run) or (run / STAIRWAYS_FILE).is_file()):
         raise ResultsError(
-            f"expected the folder of a run, but {shown(run)} is none; name one, or: stairmap run"
+            f"expected the folder of a run, but {shown(run)} is not one; name one, or: stairmap run"
         )
     results = load_stairways(run)
     trajectory = load_run_trajectory(run)

@@ -108,7 +108,7 @@ def open_sweeps(
             raise RecordingError(f"expected a bag, but there is no {path}; check the path")
         if not is_bag(path):
             raise RecordingError(
-                f"expected a bag with sweeps of a LiDAR (.bag, .mcap, .db3), but {path} is none"
+                f"expected a bag with sweeps of a LiDAR (.bag, .mcap, .db3), but {path} is not one"
             )
         if trajectory is not None and (options.pose_topic or options.map_frame):
             raise RecordingError("--trajectory gives all poses; leave --pose-topic and --map-frame out")

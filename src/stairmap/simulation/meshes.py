@@ -65,7 +65,7 @@ def load_ply(path: Path) -> TriangleMesh:
     header, separator, body = data.partition(b"end_header\n")
     lines = [line.split() for line in header.decode("ascii", "replace").splitlines()]
     if not separator or ["format", "binary_little_endian", "1.0"] not in lines:
-        raise RecordingError(f"expected a binary little-endian PLY file, but {path} is none")
+        raise RecordingError(f"expected a binary little-endian PLY file, but {path} is not one")
     try:
         counts, fields = _read_header(lines)
         vertex_type = np.dtype(fields["vertex"])

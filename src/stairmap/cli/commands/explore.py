@@ -76,7 +76,7 @@ def explore(
         bool,
         typer.Option(
             "--allow-unknown",
-            help="Also try stairs that nobody knows whether the robot can climb.",
+            help="Also try stairs whose verdict is unknown.",
             rich_help_panel=_MISSION,
         ),
     ] = False,

@@ -55,7 +55,7 @@ def grid_from_message(message: Any, layer: str | None = None) -> HeightGrid:
     map_from_middle = transform_from_ros(message.info.pose.position, message.info.pose.orientation)
     if map_from_middle is None:
         raise RecordingError(
-            "the pose of the map is none: not finite, or its quaternion is not of unit length"
+            "the pose of the map is not valid: not finite, or its quaternion is not of unit length"
         )
     middle_from_corner = np.eye(4)
     middle_from_corner[:2, 3] = -0.5 * np.array(matrix.shape) * resolution

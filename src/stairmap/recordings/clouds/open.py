@@ -63,7 +63,7 @@ def open_cloud(path: Path) -> Cloud:
     open_format_by_suffix = _BY_SUFFIX.get(path.suffix.lower())
     if open_format_by_suffix is None:
         raise RecordingError(
-            f"expected a file of points ({', '.join(CLOUD_SUFFIXES)}), but {shown(path)} is none that "
+            f"expected a file of points ({', '.join(CLOUD_SUFFIXES)}), but {shown(path)} is not one that "
             "is known"
         )
     return open_format_by_suffix(path)
