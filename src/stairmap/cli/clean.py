@@ -41,7 +41,9 @@ def clean_map(request: CleanRequest) -> int:
     else:
         reference = load_scan_reference(request.run)
         if reference is None:
-            raise ResultsError(f"expected --run to be the folder of a scan, but {shown(request.run)} is not one")
+            raise ResultsError(
+                f"expected --run to be the folder of a scan, but {shown(request.run)} is not one"
+            )
         stairways, map_from_file = load_stairways(request.run).stairways, reference.map_from_file
     if not stairways:
         raise ResultsError("no stairway was found in the map, so there is nothing to clean")
