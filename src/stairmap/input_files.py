@@ -177,24 +177,16 @@ def read_lines(path: Path, *, error_type: type[AnyError]) -> Iterator[tuple[str,
         raise error_type(f"cannot read {shown(path)}: {error.strerror}") from error
 
 
-def parse_json(text: str, *, takes_nan: bool = False) -> Any:
+def parse_json(text: str) -> Any:
     """Return what a JSON text holds; each key once, nesting at most ``MAX_DEPTH`` deep, no NaN or Infinity.
-
-    Parameters
-    ----------
-    text
-        The text.
-    takes_nan
-        Whether NaN and Infinity are let through, for a caller that tells of them by their keys.
 
     Raises
     ------
     ValueError
         If it is no such text; ``json.JSONDecodeError`` where the place is known.
     """
-    constants = float if takes_nan else _refuse_constant
     try:
-        values = json.loads(text, object_pairs_hook=_unique_pairs, parse_constant=constants)
+        values = json.loads(text, object_pairs_hook=_unique_pairs, parse_constant=_refuse_constant)
     except RecursionError:
         raise ValueError(f"it is nested deeper than {MAX_DEPTH} levels") from None
     _check_depth(values)

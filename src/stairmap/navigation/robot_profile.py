@@ -9,14 +9,17 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import AfterValidator, ConfigDict, Field, SkipValidation, ValidationError
+from pydantic.dataclasses import dataclass
 
 from stairmap.errors import ConfigError
-from stairmap.input_files import parse_yaml, quoted, read_text, shown
+from stairmap.input_files import CheckedModel, first_mistake, parse_yaml, quoted, read_text, shown, validated
 from stairmap.navigation.limits import Limit, Measure, Sense
 
 _FOLDER = "robots"
@@ -24,31 +27,51 @@ _FOLDER = "robots"
 StairDirections: TypeAlias = Literal["both", "up", "down"]
 """In which directions a robot takes stairs."""
 
-_LIMITS = (
-    "max_continuous_rise", "max_single_rise", "min_run", "max_pitch_deg", "max_slope_deg", "body_width",
-    "side_clearance", "min_landing_length",
-)  # fmt: skip
+MAX_LENGTH = 5.0
+"""No robot is larger, m."""
 
-_LENGTHS = (
-    "max_continuous_rise", "max_single_rise", "min_run", "body_width", "side_clearance", "min_landing_length",
-)  # fmt: skip
-
-_MAX_NAME_LENGTH = 100
-
-_MAX_SPEED = 50.0
-"""No robot on stairs is faster, m/s."""
-
-_MAX_TIME = 1e6
-"""Most that an alignment or a metre of height may cost, s: eleven days."""
-
-_MAX_LENGTH = 5.0
-_MIN_ANGLE_DEG = 2.0
+MIN_ANGLE_DEG = 2.0
 """No stairs are so flat; a smaller angle was meant in radians."""
 
-_MOTION = ("floor_speed", "stair_speed", "alignment_time", "ascent_risk", "descent_risk")
+MAX_SPEED = 50.0
+"""No robot on stairs is faster, m/s."""
+
+MAX_TIME = 1e6
+"""Most that an alignment or a metre of height may cost, s: eleven days."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+def _check_metres(value: float) -> float:
+    if value > MAX_LENGTH:
+        raise ValueError(f"is in metres and at most {MAX_LENGTH:g}, got {value:g}; is that mm?")
+    return value
+
+
+def _check_degrees(value: float) -> float:
+    if not MIN_ANGLE_DEG < value < 90:
+        raise ValueError(f"must be from {MIN_ANGLE_DEG:g} to 90 degrees, got {value:g}")
+    return value
+
+
+def _check_name(value: str) -> str:
+    if not value.strip():
+        raise ValueError("must be a text that says something")
+    return value
+
+
+Name = Annotated[str, Field(max_length=100), AfterValidator(_check_name)]
+Length = Annotated[float, Field(gt=0), AfterValidator(_check_metres)]
+Margin = Annotated[float, Field(ge=0), AfterValidator(_check_metres)]
+Angle = Annotated[float, AfterValidator(_check_degrees)]
+Speed = Annotated[float, Field(gt=0, le=MAX_SPEED)]
+Time = Annotated[float, Field(ge=0, le=MAX_TIME)]
+
+
+@dataclass(
+    frozen=True,
+    slots=True,
+    kw_only=True,
+    config=ConfigDict(strict=True, allow_inf_nan=False, extra="forbid"),
+)
 class RobotProfile:
     """A robot as stairs see it. Lengths in m; ``None`` where no figure was published.
 
@@ -82,44 +105,38 @@ class RobotProfile:
         cannot come down.
     sources
         Where each figure stands, by the name of the field.
+
+    Raises
+    ------
+    ValueError
+        If a figure is out of its range, no number, or contradicts another.
     """
 
-    name: str
-    max_continuous_rise: float | None
-    max_single_rise: float | None
-    min_run: float | None
-    max_pitch_deg: float | None
-    max_slope_deg: float | None
-    body_width: float | None
-    side_clearance: float | None
-    min_landing_length: float | None
-    floor_speed: float = 0.5
-    stair_speed: float = 0.2
-    alignment_time: float = 5.0
-    ascent_risk: float = 10.0
-    descent_risk: float = 15.0
+    name: Name
+    max_continuous_rise: Length | None
+    max_single_rise: Length | None
+    min_run: Length | None
+    max_pitch_deg: Angle | None
+    max_slope_deg: Angle | None
+    body_width: Length | None
+    side_clearance: Margin | None
+    min_landing_length: Length | None
+    floor_speed: Speed = 0.5
+    stair_speed: Speed = 0.2
+    alignment_time: Time = 5.0
+    ascent_risk: Time = 10.0
+    descent_risk: Time = 15.0
     stair_directions: StairDirections = "both"
-    sources: Mapping[str, str] = field(default_factory=dict)
+    sources: SkipValidation[Mapping[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
-        for name in (*_LIMITS, *_MOTION):
-            _check_number(self.name, name, getattr(self, name))
-        if self.stair_directions not in get_args(StairDirections):
-            found = quoted(repr(self.stair_directions), marks=False)
-            raise ConfigError(f"robot {self.name}: stair_directions must be both, up or down, got {found}")
         low, high = self.max_continuous_rise, self.max_single_rise
         if low is not None and high is not None and low > high:
-            raise ConfigError(
-                f"robot {self.name}: max_continuous_rise {low:g} m is above max_single_rise {high:g} m; "
-                "what it climbs again and again it also climbs once"
+            raise ValueError(
+                f"max_continuous_rise {low:g} m is above max_single_rise {high:g} m; what it climbs again "
+                "and again it also climbs once"
             )
-        for name in ("max_pitch_deg", "max_slope_deg"):
-            angle = getattr(self, name)
-            if angle is not None and not _MIN_ANGLE_DEG < angle < 90:
-                raise ConfigError(
-                    f"robot {self.name}: {name} must be from {_MIN_ANGLE_DEG:g} to 90 degrees, got {angle:g}"
-                )
 
     def takes_stairs(self, *, up: bool) -> bool:
         """Whether it takes stairs in a direction."""
@@ -207,56 +224,36 @@ def robot_from_values(values: Any, *, origin: str) -> RobotProfile:
             near = difflib.get_close_matches(str(key), known, n=1, cutoff=0.0)
             found = quoted(str(key), marks=False)
             raise ConfigError(f"robot profile {origin}: unknown key {found}; did you mean {near[0]}?")
-    missing = [key for key in ("name", *_LIMITS) if key not in values]
+    missing = [item for item in known if item not in values and item not in _OPTIONAL]
     if missing:
         raise ConfigError(
             f"robot profile {origin} lacks {', '.join(missing)}; write null for a limit that is not known"
         )
-    name = values["name"]
-    if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME_LENGTH:
-        raise ConfigError(
-            f"robot profile {origin}: name must be a text of 1 to {_MAX_NAME_LENGTH} characters, "
-            f"got {quoted(repr(name), marks=False)}"
-        )
-    figures, sources = {}, {}
-    for key in (*_LIMITS, *_MOTION):
-        if key not in values:
-            continue
-        entry = values[key]
+    figures, sources = dict(values), {}
+    for key, entry in values.items():
         if isinstance(entry, dict):
-            if "value" not in entry or set(entry) - {"value", "source"}:
-                raise ConfigError(f"robot profile {origin}: {key} must be a number or {{value, source}}")
-            sources[key] = str(entry.get("source", ""))
-            entry = entry["value"]
-        if key in _MOTION and entry is None:
-            raise ConfigError(f"robot profile {origin}: {key} must be a number; leave it out for the default")
-        figures[key] = entry
-    if "stair_directions" in values:
-        figures["stair_directions"] = values["stair_directions"]
-    return RobotProfile(name=values["name"], **figures, sources=sources)
-
-
-def _is_finite(value: float) -> bool:
+            try:
+                figure = validated(_Figure, entry)
+            except ValueError as error:
+                raise ConfigError(
+                    f"robot profile {origin}: {key} must be a number or {{value, source}}: {error}"
+                ) from error
+            figures[key], sources[key] = figure.value, figure.source
     try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number of hundreds of digits
-        return False
+        return RobotProfile(**figures, sources=sources)
+    except ValidationError as error:
+        raise ConfigError(f"robot profile {origin}: {first_mistake(error)}") from error
 
 
-def _check_number(robot: str, name: str, value: Any) -> None:
-    if value is None:
-        return
-    if isinstance(value, bool) or not isinstance(value, int | float) or not _is_finite(value):
-        raise ConfigError(
-            f"robot {robot}: {name} must be a number or null, got {quoted(repr(value), marks=False)}"
-        )
-    if name in _MOTION and value > (_MAX_SPEED if name.endswith("_speed") else _MAX_TIME):
-        unit, most = ("m/s", _MAX_SPEED) if name.endswith("_speed") else ("s", _MAX_TIME)
-        raise ConfigError(f"robot {robot}: {name} is at most {most:g} {unit}, got {value:g}")
-    may_be_zero = name in ("side_clearance", "alignment_time", "ascent_risk", "descent_risk")
-    if name in _LENGTHS and value > _MAX_LENGTH:
-        raise ConfigError(
-            f"robot {robot}: {name} is in metres and at most {_MAX_LENGTH:g}, got {value:g}; is that mm?"
-        )
-    if value < 0 or (value == 0 and not may_be_zero):
-        raise ConfigError(f"robot {robot}: {name} must be above zero, got {value:g}")
+class _Figure(CheckedModel):
+    """A figure and where it stands."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    value: Any
+    source: str = ""
+
+
+_OPTIONAL = (
+    "floor_speed", "stair_speed", "alignment_time", "ascent_risk", "descent_risk", "stair_directions",
+)  # fmt: skip

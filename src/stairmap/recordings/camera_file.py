@@ -7,15 +7,16 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
 
 from stairmap.arrays import Vector, readonly
 from stairmap.camera import PinholeCamera
 from stairmap.errors import CalibrationError
 from stairmap.geometry import normalized
-from stairmap.input_files import parse_json, quoted, read_text
+from stairmap.input_files import CheckedModel, Place, parse_json, quoted, read_text, validated
 from stairmap.output_files import write_whole_text
 
 REQUIRED_KEYS = ("width", "height", "fx", "fy", "cx", "cy", "depth_scale")
@@ -29,6 +30,36 @@ MAX_NUMBER = 1e6
 
 MAX_FIELD_OF_VIEW = math.radians(170)
 """No pinhole camera sees more; such a focal length is not in pixels."""
+
+
+def _whole(value: Any) -> Any:
+    """Take 640.0 for 640, as some programs write it."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+Side = Annotated[int, BeforeValidator(_whole), Field(gt=0, le=MAX_SIDE)]
+Focal = Annotated[float, Field(gt=0, le=MAX_NUMBER)]
+Middle = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
+
+
+class _SavedCameraFile(CheckedModel):
+    """``camera.json``; ``up`` need not have unit length."""
+
+    width: Side
+    height: Side
+    fx: Focal
+    fy: Focal
+    cx: Middle
+    cy: Middle
+    depth_scale: Annotated[float, Field(gt=0, le=MAX_NUMBER)]
+    up: Place | None = None
+
+    @model_validator(mode="after")
+    def _check_focal_lengths(self) -> _SavedCameraFile:
+        for name, size, focal in (("fx", self.width, self.fx), ("fy", self.height, self.fy)):
+            if 2 * math.atan2(size / 2, focal) > MAX_FIELD_OF_VIEW:
+                raise ValueError(f"{name}: should be in pixels, got {focal:g} for an image of {size} pixels")
+        return self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,21 +117,14 @@ def load_camera_file(path: Path) -> CameraFile:
     values = _load_json(path)
     _check_keys(values, path)
     try:
-        width, height = (_whole_number(values, key) for key in ("width", "height"))
-        fx, fy, cx, cy, depth_scale = (_number(values, key) for key in REQUIRED_KEYS[2:])
-        for name, value in (("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy), ("depth_scale", depth_scale)):
-            if math.isfinite(value) and abs(value) > MAX_NUMBER:
-                raise CalibrationError(f"{name} must be at most {MAX_NUMBER:g}, got {value:g}")
-        camera = PinholeCamera(width=width, height=height, fx=fx, fy=fy, cx=cx, cy=cy)
-        for name, size, focal in (("fx", width, fx), ("fy", height, fy)):
-            if 2 * math.atan2(size / 2, focal) > MAX_FIELD_OF_VIEW:
-                raise CalibrationError(
-                    f"{name} must be in pixels, got {focal:g} for an image of {size} pixels"
-                )
-        up = None if values.get("up") is None else _vector(values, "up")
+        saved = validated(_SavedCameraFile, values)
+        camera = PinholeCamera(
+            width=saved.width, height=saved.height, fx=saved.fx, fy=saved.fy, cx=saved.cx, cy=saved.cy
+        )
+        up = None if saved.up is None else np.array(saved.up)
         notes = tuple(f"{path.name}: {note}" for note in _find_oddities(camera, up, values))
-        return CameraFile(camera=camera, depth_scale=depth_scale, up=up, notes=notes)
-    except CalibrationError as error:
+        return CameraFile(camera=camera, depth_scale=saved.depth_scale, up=up, notes=notes)
+    except (CalibrationError, ValueError) as error:
         raise CalibrationError(f"{path}: {error}") from error
 
 
@@ -130,7 +154,7 @@ def _load_json(path: Path) -> dict[str, Any]:
         )
     text = read_text(path, error_type=CalibrationError)
     try:
-        values = parse_json(text, takes_nan=True)
+        values = parse_json(text)
     except json.JSONDecodeError as error:
         raise CalibrationError(f"{path}:{error.lineno}: expected JSON: {error.msg}") from error
     except ValueError as error:
@@ -164,32 +188,6 @@ def _check_keys(values: dict[str, Any], path: Path) -> None:
                 f"{path}: expected the key '{key}'; it must hold {', '.join(REQUIRED_KEYS)}, "
                 f"and has {quoted(has)}"
             )
-
-
-def _number(values: dict[str, Any], key: str) -> float:
-    value = values[key]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise CalibrationError(f"{key} must be a number, got {quoted(json.dumps(value))}")
-    try:
-        return float(value)
-    except OverflowError:
-        raise CalibrationError(f"{key} must be finite, got a number of {len(str(value))} digits") from None
-
-
-def _whole_number(values: dict[str, Any], key: str) -> int:
-    number = _number(values, key)
-    if not number.is_integer():
-        raise CalibrationError(f"{key} must be a whole number of pixels, got {number:g}")
-    if number > MAX_SIDE:
-        raise CalibrationError(f"{key} must be at most {MAX_SIDE} pixels, got {number:g}")
-    return int(number)
-
-
-def _vector(values: dict[str, Any], key: str) -> Vector:
-    value = values[key]
-    if not isinstance(value, list) or len(value) != 3:
-        raise CalibrationError(f"{key} must be three numbers [x, y, z], got {quoted(json.dumps(value))}")
-    return np.array([_number({key: number}, key) for number in value])
 
 
 def _find_oddities(camera: PinholeCamera, up: Vector | None, values: dict[str, Any]) -> list[str]:
