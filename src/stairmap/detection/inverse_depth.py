@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import ndtr
 
 from stairmap.arrays import Float32Array, Float64Array, Mask, readonly
 from stairmap.camera import PinholeCamera
@@ -166,8 +165,12 @@ def _upper_quartile(values: Float32Array) -> float:
 @lru_cache(maxsize=1)
 def _falling_shares() -> Float64Array:
     """Share of a jump that its steepest pixel takes at each of ``SMOOTHINGS``, counted negative to ascend."""
-    within = ndtr(JUMP_REACH / SMOOTHINGS) - ndtr(-JUMP_REACH / SMOOTHINGS)
-    return readonly(-(ndtr(0.5 / SMOOTHINGS) - ndtr(-0.5 / SMOOTHINGS)) / within)
+    # The normal distribution between -x and x is erf(x / √2); SciPy's takes a quarter of a second to import.
+    pixel, all_of_it = (
+        np.array([math.erf(reach / smoothing / math.sqrt(2.0)) for smoothing in SMOOTHINGS.tolist()])
+        for reach in (0.5, JUMP_REACH)
+    )
+    return readonly(-pixel / all_of_it)
 
 
 def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (9, 5)) -> SurfaceNormals:

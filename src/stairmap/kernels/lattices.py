@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.kernels.checks import check_array, check_arrays, check_length, check_strips
@@ -102,13 +100,26 @@ def join_corners(
         & (np.abs(height[:, None] - height) < upward)
         & (np.abs(strip[:, None] - strip) <= limits.max_gap)
     )
-    label = connected_components(csr_matrix(close), directed=False)[1]
+    label = _label_connected(close | close.T)
     size = np.bincount(label)
     strips = np.zeros((len(size), num_strips), dtype=bool)
     strips[label, strip] = True
     keep = strips.sum(axis=1) >= limits.min_strips
     mean_distance, mean_height = (np.bincount(label, values) / size for values in (distance, height))
     return mean_distance[keep], mean_height[keep], strips[keep]
+
+
+def _label_connected(close: Mask) -> IntArray:
+    """(N,) numbers of the sets that hang together, counted in the order of their first members."""
+    first = np.arange(len(close))
+    while True:
+        # Each takes the earliest of its neighbours, and what that one has found.
+        earlier = np.where(close, first, len(close)).min(axis=1)
+        earlier = np.minimum(earlier, first)
+        earlier = earlier[earlier]
+        if np.array_equal(earlier, first):
+            return np.asarray(np.unique(first, return_inverse=True)[1], dtype=np.int64)
+        first = earlier
 
 
 def lattice_indices(
