@@ -169,6 +169,8 @@ def test_counts_of_any_rays(compiled: ModuleType, seed: int, number: int, num_st
     step, role = random.integers(-1, max(num_steps, 1), size), random.integers(0, 3, size)
     entries = random.uniform(0.1, 1, size), step, role, random.random(size) < 0.7
     compare(compiled, counts.turn_rays, rays, 0.01, -0.02, 0.1)
+    risers = counts.RiserLimits(-0.5, 0.2, 0.3, 0.0, 0.5, -1.5, 1.5)
+    compare(compiled, counts.sum_risers, rays, np.arange(num_steps) * 0.3 + 0.5, risers)
     compare(compiled, counts.count_rays, rays, table, entries, num_steps, counts.SideLimits(0.03, 2, 1e-6))
     seen = random.uniform(0, 1, number), random.random(number) < 0.8
     order = random.permutation(num_steps), np.sort(random.uniform(-1, 1, num_steps))

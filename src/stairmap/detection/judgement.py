@@ -6,7 +6,9 @@ regular and parallel.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
 
@@ -16,6 +18,8 @@ from stairmap.detection.evidence import Evidence, compare_with_flat
 from stairmap.detection.fit import FittedProfile, Rays
 from stairmap.detection.observation import Rejection
 from stairmap.detection.profile import Prediction, StairProfile
+from stairmap.kernels import sum_risers
+from stairmap.kernels.counts import RiserLimits
 
 MAX_SEE_THROUGH, SEE_THROUGH_PER_STEP = 0.30, 0.05
 """Largest share of rays that go through what should be solid, and how much of it each step beyond two allows:
@@ -50,6 +54,9 @@ TURN_BAND = 0.45
 
 RAYS_PER_SAMPLE = 1.5
 """This many rays tell a turn like one independent sample: across the stairs neighbours err less together."""
+
+MIDDLE_SHARE = 0.3
+"""Rays within this share of a rise from a riser's middle tell how it is turned: near its edges they mix."""
 
 SIDE_MARGIN = 0.05
 """So near to the ends of the stairs rays do not tell a turn, m: a strip's ray averages over that much."""
@@ -206,26 +213,22 @@ def measure_turns(
     if profile.run < 0:
         # Risers of stairs that descend face away.
         return np.full(n, np.nan), np.full(n, np.nan)
-    measured = rays.inverse_distance > 0
-    q = np.where(measured, rays.inverse_distance, 1.0)
-    s, z, t = 1.0 / q, rays.slope / q, rays.bearing / q
-    phase = (z - profile.tread_heights[0]) / profile.rise
-    index = np.floor(phase).astype(np.int64)
-    inside = measured & (index >= 0) & (index < n) & (np.abs(phase - index - 0.5) < 0.3)
-    index = index.clip(0, n - 1)
-    inside &= ~((t < sides[0] + SIDE_MARGIN) | (t > sides[1] - SIDE_MARGIN))
-    inside &= np.abs(s - profile.nosing_distances[index] - profile.overhang) < TURN_BAND * abs(profile.run)
-    index, s, t = index[inside], s[inside], t[inside]
-    count = np.bincount(index, minlength=n)
-
-    def mean(values: Float64Array) -> Float64Array:
-        return np.asarray(np.bincount(index, values, n) / np.maximum(count, 1))
-
-    mean_s, mean_t = mean(s), mean(t)
+    limits = RiserLimits(
+        floor=float(profile.tread_heights[0]),
+        rise=profile.rise,
+        height_share=MIDDLE_SHARE,
+        overhang=profile.overhang,
+        band=TURN_BAND * abs(profile.run),
+        right=sides[0] + SIDE_MARGIN,
+        left=sides[1] - SIDE_MARGIN,
+    )
+    sums = sum_risers(rays.arrays, profile.nosing_distances, limits)
+    count = sums[0]
+    mean_s, mean_t, square_s, product, square_t = sums[1:] / np.maximum(count, 1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        variance_t = mean(t * t) - mean_t**2
-        turn = (mean(s * t) - mean_s * mean_t) / variance_t
-        scatter = np.maximum(mean(s * s) - mean_s**2 - turn**2 * variance_t, 1e-6)
+        variance_t = square_t - mean_t**2
+        turn = (product - mean_s * mean_t) / variance_t
+        scatter = np.maximum(square_s - mean_s**2 - turn**2 * variance_t, 1e-6)
         std = np.sqrt(RAYS_PER_SAMPLE * scatter / (count * variance_t))
     turn[(count < MIN_TURN_RAYS) | ~np.isfinite(std)] = np.nan
     return turn, std
@@ -264,8 +267,8 @@ def common_extent(ends: Float64Array, bounded: Mask, chosen: IntArray, sign: flo
 
     ``sign`` is +1 for left ends, which lie farther out the larger they are, -1 for right ones.
     """
-    values, own = ends[chosen], bounded[chosen]
-    known = np.isfinite(values)
-    if (own & known).any():
-        return float(np.median(values[own & known]))
-    return float(sign * np.max(sign * values[known])) if known.any() else float("nan")
+    values, own = ends[chosen].tolist(), bounded[chosen].tolist()
+    known = [(value, is_own) for value, is_own in zip(values, own, strict=True) if math.isfinite(value)]
+    if any(is_own for _, is_own in known):
+        return median(value for value, is_own in known if is_own)
+    return sign * max((sign * value for value, _ in known), default=math.nan)

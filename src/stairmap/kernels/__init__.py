@@ -47,6 +47,7 @@ __all__ = [
     "search_lattices",
     "sharpen_scans",
     "sum_normals",
+    "sum_risers",
     "trace_outline",
     "turn_rays",
 ]
@@ -75,3 +76,4 @@ fit_ground = chosen(grounds.fit_ground)
 find_ledges = chosen(grounds.find_ledges)
 fit_section = chosen(section_fits.fit_section)
 sharpen_scans = chosen(sampling.sharpen_scans)
+sum_risers = chosen(counts.sum_risers)

@@ -64,11 +64,65 @@ class LineLimits(NamedTuple):
     least_expected: float
 
 
+class RiserLimits(NamedTuple):
+    """Which rays are on the middle of a riser.
+
+    ``floor``, ``rise``: height of the level before the first step and of each riser, m; rays within
+    ``height_share`` of its middle count. ``overhang``: of nosings before it; ``band``: how far before or
+    behind a ray ends at most, m. ``right``, ``left``: lateral positions between which it does, m.
+    """
+
+    floor: float
+    rise: float
+    height_share: float
+    overhang: float
+    band: float
+    right: float
+    left: float
+
+
 def turn_rays(rays: RayArrays, tilt: float, roll: float, turn: float) -> RayArrays:
     """Return rays in axes turned by small angles, rad, as in ``equations.RayView``."""
     slope, bearing, q = check_arrays(rays, "rays", (np.float64,) * 3)
     ahead = 1.0 - tilt * slope + turn * bearing
     return (slope + tilt + roll * bearing) / ahead, (bearing - roll * slope - turn) / ahead, q / ahead
+
+
+def sum_risers(rays: RayArrays, nosings: Float64Array, limits: RiserLimits) -> Float64Array:
+    """Sum the places where rays end on each riser, seen from above.
+
+    Parameters
+    ----------
+    rays
+        The rays.
+    nosings
+        (n,) forward distance of each nosing, m.
+    limits
+        Which rays count.
+
+    Returns
+    -------
+    (6, n) number of rays, and the sums of s, t, s·s, s·t and t·t: forward distance and lateral position, m.
+
+    Raises
+    ------
+    ValueError
+        If an array is not as told.
+    """
+    slope, bearing, q = check_arrays(rays, "rays", (np.float64,) * 3)
+    check_array(nosings, "nosings", np.float64, 1)
+    limits, n = RiserLimits(*limits), len(nosings)
+    measured = q > 0
+    inverse = np.where(measured, q, 1.0)
+    s, z, t = 1.0 / inverse, slope / inverse, bearing / inverse
+    phase = (z - limits.floor) / limits.rise
+    place = np.floor(phase)
+    inside = measured & (place >= 0) & (place < n) & (np.abs(phase - place - 0.5) < limits.height_share)
+    inside &= ~((t < limits.right) | (t > limits.left))
+    index, s, t = place[inside].astype(np.int64), s[inside], t[inside]
+    near = np.abs(s - nosings[index] - limits.overhang) < limits.band
+    index, s, t = index[near], s[near], t[near]
+    return np.array([np.bincount(index, values, n) for values in (np.ones(len(s)), s, t, s * s, s * t, t * t)])
 
 
 def count_rays(

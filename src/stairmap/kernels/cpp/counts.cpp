@@ -34,6 +34,30 @@ nb::tuple turn_rays(nb::tuple ray_arrays, double tilt, double roll, double turn)
     return nb::make_tuple(slope.object(), bearing.object(), q.object());
 }
 
+nb::object sum_risers(nb::tuple ray_arrays, nb::handle nosing_distances, const std::array<double, 7> &limits) {
+    const Rays rays(ray_arrays);
+    Input<double, 1> nosings(nosing_distances, "nosings");
+    const size_t n = nosings.size();
+    const auto [floor, rise, height_share, overhang, band, right, left] = limits;
+    Output<double> sums({6, n});
+    {
+        nb::gil_scoped_release release;
+        const double count = static_cast<double>(n);
+        for (size_t i = 0; i < rays.size(); ++i) {
+            if (!(rays.q[i] > 0)) continue;
+            const double s = 1.0 / rays.q[i], z = rays.slope[i] / rays.q[i], t = rays.bearing[i] / rays.q[i];
+            const double phase = (z - floor) / rise, place = std::floor(phase);
+            if (!(place >= 0 && place < count && std::abs(phase - place - 0.5) < height_share)) continue;
+            if (t < right || t > left) continue;
+            const size_t step = static_cast<size_t>(place);
+            if (!(std::abs(s - nosings[step] - overhang) < band)) continue;
+            const double values[6] = {1.0, s, t, s * s, s * t, t * t};
+            for (size_t k = 0; k < 6; ++k) sums[k * n + step] += values[k];
+        }
+    }
+    return sums.object();
+}
+
 nb::tuple count_rays(nb::tuple ray_arrays, nb::tuple table_arrays, nb::tuple entries, int64_t num_steps,
                      const std::tuple<double, int64_t, double> &limits) {
     const Rays rays(ray_arrays);

@@ -73,6 +73,8 @@ nb::tuple find_row_ends(nb::handle cells, nb::tuple rays, nb::tuple table, nb::t
 
 nb::tuple turn_rays(nb::tuple rays, double tilt, double roll, double turn);
 
+nb::object sum_risers(nb::tuple rays, nb::handle nosings, const std::array<double, 7> &limits);
+
 nb::tuple count_rays(nb::tuple rays, nb::tuple table, nb::tuple entries, int64_t num_steps,
                      const std::tuple<double, int64_t, double> &limits);
 
