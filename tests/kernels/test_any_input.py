@@ -27,6 +27,7 @@ from stairmap.kernels import (
     row_ends,
     sampling,
     section_fits,
+    step_counts,
 )
 
 VIEW = sampling.SamplingView(60.0, 60.0, 20.0, 15.0, 0.03, 1e-3)
@@ -166,17 +167,20 @@ def test_counts_of_any_rays(compiled: ModuleType, seed: int, number: int, num_st
     rays[2][random.random(number) < 0.2] = 0.0
     size = int(random.integers(1, 30))
     table = (np.linspace(-0.8, 0.8, size), *(random.uniform(0.1, 2, size) for _ in range(5)))
-    step, role = random.integers(-1, max(num_steps, 1), size), random.integers(0, 3, size)
-    entries = random.uniform(0.1, 1, size), step, role, random.random(size) < 0.7
     compare(compiled, counts.turn_rays, rays, 0.01, -0.02, 0.1)
     risers = counts.RiserLimits(-0.5, 0.2, 0.3, 0.0, 0.5, -1.5, 1.5)
     compare(compiled, counts.sum_risers, rays, np.arange(num_steps) * 0.3 + 0.5, risers)
-    compare(compiled, counts.count_rays, rays, table, entries, num_steps, counts.SideLimits(0.03, 2, 1e-6))
-    seen = random.uniform(0, 1, number), random.random(number) < 0.8
-    order = random.permutation(num_steps), np.sort(random.uniform(-1, 1, num_steps))
-    surfaces = random.uniform(-1, 1, (3, num_steps)), random.uniform(-1, 1, (2, num_steps))
-    limits = counts.ContinuationLimits(0.01, 1.5, 0.012, 3.0, 0.5)
-    compare(compiled, counts.count_continuations, rays, seen, order, surfaces, limits)
+    section = outlines.SectionLimits(0.1, 0.5, 1e-3, 1e-9, 0.004)
+    edges = predictions.EdgeOptics(0.004, 0.0015, 0.2, 0.002, 0.1, 0.02, 6.0, 3.0)
+    kinds = predictions.PieceKinds(outlines.BEHIND, outlines.TREAD, outlines.UNDERSIDE)
+    shape = outlines.SectionShape(float(random.choice([-0.3, 0.3])), 0.01, 0.03, 0.01, 0.0, 0.0)
+    nosings = 0.9 + 0.3 * np.arange(num_steps) * np.sign(shape.run) + 0.3 * num_steps * (shape.run < 0)
+    heights = random.uniform(-1.5, -0.2) + 0.17 * np.arange(num_steps + 1)
+    counted = step_counts.CountLimits(
+        0.05, 0.01, 0.1, 3.0, 0.3, 0.03, 2, 1e-6, 1.5, 0.5, 0.8, 1e-3
+    )  # fmt: skip
+    args = rays, (nosings, heights), 0.17, shape, bool(random.random() < 0.3), edges, kinds, section
+    compare(compiled, step_counts.count_steps, *args, counted)
     line = counts.LineLimits(-0.5, 0.5, -1.0, 1.0, 0.1, 0.004, 3.0, 4, 4, 1e-6)
     compare(compiled, counts.compare_with_line, rays, table, line)
 

@@ -9,6 +9,7 @@ floor (a level that goes on forward).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -17,9 +18,19 @@ import numpy as np
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.elevation import Elevation
 from stairmap.detection.fit import FittedProfile, Rays
-from stairmap.detection.profile import MIN_FORWARD, Prediction, StairProfile, Surface
-from stairmap.kernels import compare_with_line, count_continuations, count_rays
-from stairmap.kernels.counts import BESIDE, OWN, ContinuationLimits, LineLimits, SideLimits
+from stairmap.detection.profile import (
+    MIN_FORWARD,
+    PIECE_KINDS,
+    ROWS_PER_ENTRY,
+    Prediction,
+    StairProfile,
+    Surface,
+    edge_optics,
+    section_limits,
+)
+from stairmap.kernels import compare_with_line, count_steps
+from stairmap.kernels.counts import LineLimits
+from stairmap.kernels.step_counts import CountLimits
 
 SURFACE_TOLERANCE = 0.012
 """A ray this near a surface, along its normal, is on it, m: three times the irregularity of built steps."""
@@ -166,28 +177,17 @@ def count_evidence(rays: Rays, fitted: FittedProfile, profile: StairProfile) -> 
     profile
         The fitted profile, mostly with more steps than were found: they are tried here.
     """
-    predicted = fitted.predict(rays.slope, profile)
-    limit = tolerances(predicted, profile, fitted.noise)
-    surface = predicted.surface
-    is_face = (surface == Surface.RISER) | (surface == Surface.FRONT)
-    if profile.run > 0:
-        role = np.where(is_face, OWN, np.where(surface == Surface.TREAD, BESIDE, 0))
-    else:
-        role = np.where(surface == Surface.TREAD, OWN, 0)
-    # Where an edge's place within the row decides what a ray sees, it tells nothing of the surface.
-    entries = limit, predicted.step, role, predicted.edge_spread < limit
-    counts, inside, least = count_rays(
+    optics = fitted.optics
+    counts, continued = count_steps(
         rays.arrays,
-        predicted.table,
-        entries,
-        profile.num_steps,
-        SideLimits(SIDE_SHARE, MIN_RAYS, LEAST_EXPECTED),
-    )
-    continued = count_continuations(
-        rays.arrays,
-        (least, inside),
-        *_continued_surfaces(profile),
-        ContinuationLimits(fitted.noise, MIN_DIFFERENCE, SURFACE_TOLERANCE, NUM_SIGMA, MAX_HIDING_SHARE),
+        (profile.nosing_distances, profile.tread_heights),
+        profile.rise,
+        profile.shape,
+        profile.is_open,
+        edge_optics(optics),
+        PIECE_KINDS,
+        section_limits(optics.smoothing * optics.row_size),
+        _LIMITS._replace(spacing=ROWS_PER_ENTRY * optics.row_size, noise=fitted.noise),
     )
     on, nearer, farther, unmeasured, on_tread, farther_tread = counts
     return Evidence(
@@ -202,28 +202,21 @@ def count_evidence(rays: Rays, fitted: FittedProfile, profile: StairProfile) -> 
     )
 
 
-def _continued_surfaces(
-    profile: StairProfile,
-) -> tuple[tuple[IntArray, Float64Array], tuple[Float64Array, Float64Array]]:
-    """Nosings in the order in which they are seen, and the surfaces about each that would go on.
-
-    Above the nosing the surface beneath it would go on: a wall, or a floor for stairs that descend. Beneath
-    the nosing of stairs that ascend, the tread would go on towards the camera: a floor. As
-    ``kernels.count_continuations`` takes them.
-    """
-    s, z = np.maximum(profile.nosing_distances, MIN_FORWARD), profile.tread_heights
-    # Steps in the order in which their nosings are seen, those beside the camera left out.
-    order = np.flatnonzero(profile.nosing_distances > MIN_FORWARD)[:: int(profile.direction)]
-    nosing = np.maximum.accumulate(z[1:][order] / s[order])
-    level = 1.0 / np.minimum(z[1:], -LEAST_DEPTH)
-    if profile.run > 0:
-        above = np.array([(z[1:] + CONTINUED_HEIGHT * profile.rise) / s, 1.0 / s, np.zeros_like(s)])
-        beneath = np.array([np.where(z[1:] < 0, z[:-1] / s, np.inf), level])
-    else:
-        reach = s + CONTINUED_HEIGHT * abs(profile.run)
-        above = np.array([z[1:] / reach, np.zeros_like(s), level])
-        beneath = np.array([np.full_like(s, np.inf), level])
-    return (np.ascontiguousarray(order), nosing), (above, beneath)
+_LIMITS = CountLimits(
+    spacing=math.nan,
+    noise=math.nan,
+    tolerance=SURFACE_TOLERANCE,
+    num_sigma=NUM_SIGMA,
+    max_tolerance_share=MAX_TOLERANCE_SHARE,
+    side_share=SIDE_SHARE,
+    min_rays=MIN_RAYS,
+    least_expected=LEAST_EXPECTED,
+    min_difference=MIN_DIFFERENCE,
+    max_hiding_share=MAX_HIDING_SHARE,
+    continued_height=CONTINUED_HEIGHT,
+    least_depth=LEAST_DEPTH,
+)
+"""How rays count; spacing and noise are those of a frame."""
 
 
 def choose_steps(evidence: Evidence, found: tuple[int, int]) -> tuple[int, int] | None:

@@ -270,5 +270,5 @@ def common_extent(ends: Float64Array, bounded: Mask, chosen: IntArray, sign: flo
     values, own = ends[chosen].tolist(), bounded[chosen].tolist()
     known = [(value, is_own) for value, is_own in zip(values, own, strict=True) if math.isfinite(value)]
     if any(is_own for _, is_own in known):
-        return median(value for value, is_own in known if is_own)
-    return sign * max((sign * value for value, _ in known), default=math.nan)
+        return float(median(value for value, is_own in known if is_own))
+    return float(sign * max((sign * value for value, _ in known), default=math.nan))

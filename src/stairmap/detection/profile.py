@@ -115,6 +115,11 @@ class StairProfile:
         return 1.0 if self.run > 0 else -1.0
 
     @property
+    def shape(self) -> SectionShape:
+        """What all steps share, as kernels take it."""
+        return SectionShape(self.run, self.overhang, self.thickness, self.rake, self.ground, self.slope)
+
+    @property
     def nosing_distances(self) -> Float64Array:
         """(num_steps,) s of each nosing, m."""
         own = self.offsets[: self.num_steps]
@@ -195,9 +200,7 @@ def outline_of(profile: StairProfile, *, min_extent: float = LEAST_EXTENT) -> Ou
     surface, step, line, top, line_gradient, top_gradient = trace_outline(
         profile.nosing_distances,
         profile.tread_heights,
-        SectionShape(
-            profile.run, profile.overhang, profile.thickness, profile.rake, profile.ground, profile.slope
-        ),
+        profile.shape,
         profile.is_open,
         section_limits(min_extent),
     )

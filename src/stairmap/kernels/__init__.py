@@ -19,15 +19,15 @@ from stairmap.kernels import (
     row_ends,
     sampling,
     section_fits,
+    step_counts,
 )
 from stairmap.kernels.choice import VARIANT, chosen, describe_kernels
 
 __all__ = [
     "VARIANT",
     "compare_with_line",
-    "count_continuations",
     "count_floor_cells",
-    "count_rays",
+    "count_steps",
     "describe_kernels",
     "find_creases",
     "find_edge_turns",
@@ -68,8 +68,7 @@ search_lattices = chosen(lattices.search_lattices)
 trace_outline = chosen(outlines.trace_outline)
 predict_rays = chosen(predictions.predict_rays)
 turn_rays = chosen(counts.turn_rays)
-count_rays = chosen(counts.count_rays)
-count_continuations = chosen(counts.count_continuations)
+count_steps = chosen(step_counts.count_steps)
 compare_with_line = chosen(counts.compare_with_line)
 find_row_ends = chosen(row_ends.find_row_ends)
 fit_ground = chosen(grounds.fit_ground)

@@ -75,11 +75,11 @@ nb::tuple turn_rays(nb::tuple rays, double tilt, double roll, double turn);
 
 nb::object sum_risers(nb::tuple rays, nb::handle nosings, const std::array<double, 7> &limits);
 
-nb::tuple count_rays(nb::tuple rays, nb::tuple table, nb::tuple entries, int64_t num_steps,
-                     const std::tuple<double, int64_t, double> &limits);
-
-nb::object count_continuations(nb::tuple rays, nb::tuple seen, nb::tuple order, nb::tuple surfaces,
-                               const std::array<double, 5> &limits);
+nb::tuple count_steps(nb::tuple rays, nb::tuple places, double rise, const std::array<double, 6> &shape, bool is_open,
+                      const std::array<double, 8> &edges, const std::array<int64_t, 3> &kinds,
+                      const std::array<double, 5> &section,
+                      const std::tuple<double, double, double, double, double, double, int64_t, double, double, double,
+                                       double, double> &limits);
 
 nb::tuple compare_with_line(nb::tuple rays, nb::tuple table,
                             const std::tuple<double, double, double, double, double, double, double, int64_t,

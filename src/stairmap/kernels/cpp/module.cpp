@@ -34,9 +34,8 @@ NB_MODULE(_compiled, module) {
     module.def("find_row_ends", &stairmap::find_row_ends, "cells"_a, "rays"_a, "table"_a, "steps"_a, "limits"_a);
     module.def("turn_rays", &stairmap::turn_rays, "rays"_a, "tilt"_a, "roll"_a, "turn"_a);
     module.def("sum_risers", &stairmap::sum_risers, "rays"_a, "nosings"_a, "limits"_a);
-    module.def("count_rays", &stairmap::count_rays, "rays"_a, "table"_a, "entries"_a, "num_steps"_a, "limits"_a);
-    module.def("count_continuations", &stairmap::count_continuations, "rays"_a, "seen"_a, "order"_a, "surfaces"_a,
-               "limits"_a);
+    module.def("count_steps", &stairmap::count_steps, "rays"_a, "places"_a, "rise"_a, "shape"_a, "is_open"_a, "edges"_a,
+               "kinds"_a, "section"_a, "limits"_a);
     module.def("compare_with_line", &stairmap::compare_with_line, "rays"_a, "table"_a, "limits"_a);
     module.def("fit_ground", &stairmap::fit_ground, "inverse_depth"_a, "axes"_a, "slope"_a, "bearing"_a, "camera"_a,
                "limits"_a);
