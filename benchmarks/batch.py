@@ -1,7 +1,7 @@
 """What a batch costs: two workers against one, the driver's own work and memory, workers that are killed.
 
 python benchmarks/batch.py --folder FOLDER --prepare  simulate the drives and stop; they stay in FOLDER
-python benchmarks/batch.py --folder FOLDER            all of it; two free cores, some ten minutes
+python benchmarks/batch.py --folder FOLDER            all of it; two free cores, ten to twelve minutes
 python benchmarks/batch.py --folder FOLDER --small    a tenth of it, to see whether it runs
 """
 
@@ -33,8 +33,8 @@ SCENES = ("free_standing", "davis_rear", "bookshelf", "overhang")
 NUM_DRIVES = 20
 """Drives that are simulated; the others are the same under other names."""
 
-NUM_FRAMES = 60
-"""Frames of a drive: six seconds, as short as recordings of robots get."""
+NUM_FRAMES = 100
+"""Frames of a drive: ten seconds, as short as recordings of robots get."""
 
 NUM_RECORDINGS, NUM_NAPS = 200, 5_000
 MEMORY_GOAL_MB, DRIVER_GOAL, SCALING_GOAL = 300, 0.02, 1.8
