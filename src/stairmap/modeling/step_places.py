@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask
-from stairmap.modeling.weighted_means import FRAMES_PER_SAMPLE, SYSTEMATIC_STD
+from stairmap.modeling.weighted_means import FRAMES_PER_SAMPLE, SYSTEMATIC_RISE_STD
 
 IRREGULARITY = (0.008, 0.013)
 """Standard deviations of built nosings about a regular lattice, along and up, m. Surveys of built flights
@@ -112,7 +112,7 @@ def _stds(covariance: Float64Array, is_seen: Mask) -> Float64Array:
     """Deviations against the mean of the steps that were seen: where all of them lie is the base's matter."""
     weights = is_seen / np.count_nonzero(is_seen)
     centering = np.eye(len(weights)) - weights
-    return np.sqrt(np.diag(centering @ covariance @ centering.T) + SYSTEMATIC_STD**2)
+    return np.sqrt(np.diag(centering @ covariance @ centering.T) + SYSTEMATIC_RISE_STD**2)
 
 
 class _System:
@@ -126,7 +126,7 @@ class _System:
         self._arm = edges.step - middle[edges.owner]
         self._total = total
         self._lever = np.bincount(edges.owner, weights * self._arm**2, num) + 1.0 / np.maximum(
-            edges.step_variance, SYSTEMATIC_STD**2
+            edges.step_variance, SYSTEMATIC_RISE_STD**2
         )
         cell = edges.owner * num_steps + edges.step
         size = num * num_steps
