@@ -32,6 +32,7 @@ def test_what_was_not_built_is_said_with_what_to_install(monkeypatch: MonkeyPatc
         raise ModuleNotFoundError(name)
 
     monkeypatch.delenv(choice.VARIABLE, raising=False)
+    monkeypatch.delenv(choice.COMPILED_FILE, raising=False)
     monkeypatch.setattr(choice.importlib, "import_module", missing)
     module, reason = choice._find_module()
     assert module is None
@@ -47,6 +48,7 @@ def test_a_module_of_other_sources_is_not_used(monkeypatch: MonkeyPatch, tmp_pat
 
     (tmp_path / "kernel.cpp").write_text("int today;\n")
     monkeypatch.delenv(choice.VARIABLE, raising=False)
+    monkeypatch.delenv(choice.COMPILED_FILE, raising=False)
     monkeypatch.setattr(choice, "_SOURCES", tmp_path)
     monkeypatch.setattr(choice.importlib, "import_module", lambda name: Stale)
     assert choice._find_module() == (None, "the compiled ones are of other sources; run: make kernels")
@@ -57,6 +59,7 @@ def test_a_module_that_does_not_load_says_why(monkeypatch: MonkeyPatch) -> None:
         raise ImportError("undefined symbol")
 
     monkeypatch.delenv(choice.VARIABLE, raising=False)
+    monkeypatch.delenv(choice.COMPILED_FILE, raising=False)
     monkeypatch.setattr(choice.importlib, "import_module", broken)
     module, reason = choice._find_module()
     assert module is None
