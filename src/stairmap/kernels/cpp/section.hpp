@@ -72,9 +72,9 @@ struct EquationSums {
 };
 
 // Sums a round's equations: `gradient` has num_gradient columns for each entry; matrix and vector are filled, of
-// num_gradient + 3 rows.
+// num_gradient + 3 rows. The cost is 0 unless it is asked for.
 EquationSums sum_rays(const RaysView &rays, const std::array<double, 5> &view, const TableView &table,
-                      const double *gradient, size_t num_gradient, const std::array<double, 12> &limits, double *matrix,
-                      double *vector);
+                      const double *gradient, size_t num_gradient, const std::array<double, 12> &limits, bool has_cost,
+                      double *matrix, double *vector);
 
 }  // namespace stairmap

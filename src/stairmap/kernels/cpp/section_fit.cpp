@@ -254,7 +254,8 @@ nb::tuple fit_section(nb::tuple ray_arrays, nb::tuple start, nb::tuple prior, nb
             predict_slopes(view_of(outline), table.slope.data(), num_slopes, edges, kinds, table.target());
             equations[8] = equation_values[8] + coarse[round] * coarse[round];
             const EquationSums sums = sum_rays(rays.view(), {v[TILT], v[ROLL], v[TURN], low, high}, table.view(),
-                                               table.gradient.data(), num_values + 1, equations, own.data(), pull.data());
+                                               table.gradient.data(), num_values + 1, equations, round + 1 == coarse.size(),
+                                               own.data(), pull.data());
             noise = sums.noise, cost = sums.cost;
             if (sums.weight < equations[6]) {
                 is_found = false;
