@@ -98,7 +98,9 @@ nb::object reduce_depth(nb::handle depth_image, int64_t block, const std::array<
         // A side that the compiler knows makes vectors of the inner loops.
         if (stride == 1) reduce_rows<1>(pixels, columns, stride, {height, width}, range, reduced.data());
         else if (stride == 2) reduce_rows<2>(pixels, columns, stride, {height, width}, range, reduced.data());
+        else if (stride == 3) reduce_rows<3>(pixels, columns, stride, {height, width}, range, reduced.data());
         else if (stride == 4) reduce_rows<4>(pixels, columns, stride, {height, width}, range, reduced.data());
+        else if (stride == 6) reduce_rows<6>(pixels, columns, stride, {height, width}, range, reduced.data());
         else reduce_rows<0>(pixels, columns, stride, {height, width}, range, reduced.data());
     }
     return reduced.object();
