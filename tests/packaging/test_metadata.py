@@ -29,6 +29,7 @@ PACKAGE_OF_MODULE = {"dask": "distributed", "foxglove": "foxglove-sdk", "rerun":
 INSTALLED_WITH = {
     "backports": "rosbags",
     "click": "typer",
+    "lazrs": "laspy",
     "lz4": "rosbags",
     "mpl_toolkits": "matplotlib",
     "pydantic_core": "pydantic",
