@@ -87,6 +87,17 @@ class RosEnvironment:
         """What the node named stairmap has printed."""
         return self.log_of("stairmap")
 
+    def start_robot(self) -> subprocess.Popen[bytes]:
+        """Let the robot drive, and do not wait for it."""
+        (self._folder / "orders.json").write_text(json.dumps([{}]))
+        names = [self._drive.file, self._folder / "orders.json", self._folder / "out.json"]
+        process = subprocess.Popen(
+            [ENVIRONMENT / "bin/python", Path(__file__).parent / "simulated_robot.py", *names],
+            env=self.variables,
+        )
+        self._processes.append(process)
+        return process
+
     def run_robot(self, orders: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         """Let the robot carry out its orders; return the outcome of each."""
         (self._folder / "orders.json").write_text(json.dumps(orders))

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from ros_environment import RosEnvironment
 from test_stairway_map import new_map
 
 import stairmap
@@ -69,3 +70,26 @@ def test_map_of_a_node_killed_at_twenty_moments_is_whole(tmp_path: Path) -> None
         path = tmp_path / f"map{number}.npz"
         kill_while_saving(path, moments.uniform(0.0, 0.5))
         check_map(path)
+
+
+@pytest.mark.nightly
+@pytest.mark.usefixtures("wheels")
+def test_node_killed_at_twenty_moments_of_a_drive_goes_on_from_its_map(
+    ros: RosEnvironment, tmp_path: Path
+) -> None:
+    moments = random.Random(3)
+    path = tmp_path / "hall.npz"
+    num_images = []
+    for _ in range(20):
+        node, robot = ros.start_node(map_file=path, map_save_period=0.5), ros.start_robot()
+        time.sleep(moments.uniform(2.0, 8.0))
+        for process in (node, robot):
+            process.kill()
+        assert node.wait(timeout=30) == -signal.SIGKILL
+        robot.wait(timeout=30)
+        if path.exists():
+            num_images.append(load_map(path, new_map(), map_frame="map"))
+            load_stairways(path.with_suffix(".json"))
+    # The node was killed while it had something to lose, and each went on from the one before.
+    assert len(num_images) >= 10 and num_images[-1] > 0
+    assert num_images == sorted(num_images)

@@ -85,6 +85,9 @@ def load_ply(path: Path) -> TriangleMesh:
         )
     if not (np.abs(points) <= MAX_COORDINATE).all():
         raise RecordingError(f"expected vertices in metres in {path}, but some lie off the earth or nowhere")
+    sides = points[corners[:, 1:]] - points[corners[:, :1]]
+    if not np.cross(sides[:, 0], sides[:, 1]).any():
+        raise RecordingError(f"expected triangles in {path}, but none of its {len(corners):,} has an area")
     return TriangleMesh(vertices=points, triangles=corners)
 
 

@@ -70,6 +70,22 @@ def test_type_that_nobody_knows_is_named() -> None:
 
 
 @pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("string child_frame_id", "string child_frame_iD"),
+        ("float64 w", "float64 v"),
+        ("float64 w", "float64[] w"),
+    ],
+)
+def test_definition_that_lacks_a_usual_field_is_an_error_of_the_recording(right: str, wrong: str) -> None:
+    message = encoded("mcap", definition=True)
+    assert right in message.topic.definition
+    spoilt = replace(message.topic, definition=message.topic.definition.replace(right, wrong))
+    with pytest.raises(RecordingError, match=rf"is broken: .* no such field '{right.split()[1]}'"):
+        MessageDecoder().decode(replace(message, topic=spoilt))
+
+
+@pytest.mark.parametrize(
     ("name", "plain"),
     [
         ("sensor_msgs/Image", "sensor_msgs/msg/Image"),

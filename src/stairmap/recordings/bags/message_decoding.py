@@ -81,17 +81,32 @@ def _store_of(topic: BagTopic) -> Typestore:
             raise RecordingError(f"the bag does not define {topic.type}, and it is no usual type")
         return store
     try:
-        return _defined_types(topic.type, topic.definition)
+        return _defined_types(topic.encoding, topic.type, topic.definition)
     except Exception as error:  # the parser of definitions has errors of many kinds
         raise RecordingError(f"the bag's definition of {topic.type} is broken: {one_line(error)}") from error
 
 
 @lru_cache(maxsize=_MAX_KEPT_TYPES)
-def _defined_types(name: str, definition: str) -> Typestore:
+def _defined_types(encoding: str, name: str, definition: str) -> Typestore:
     """Types of a definition; compiling them takes milliseconds, and all bags of a robot have the same."""
     store = get_typestore(Stores.EMPTY)
     store.register(get_types_from_msg(definition, name))
+    usual = _usual_types(encoding).fielddefs
+    for known in sorted(usual.keys() & store.fielddefs.keys()):
+        _check_fields(known, _kinds_of_fields(store, known), _kinds_of_fields(_usual_types(encoding), known))
     return store
+
+
+def _kinds_of_fields(store: Typestore, name: str) -> dict[str, Any]:
+    """Whether each field is a plain value, a message, an array or a sequence."""
+    return {field: kind for field, (kind, _) in store.fielddefs[name][1]}
+
+
+def _check_fields(name: str, found: dict[str, Any], usual: dict[str, Any]) -> None:
+    """Refuse a definition, as a damaged bag has it, without the fields that the usual type has."""
+    for field, kind in usual.items():
+        if found.get(field) != kind:
+            raise ValueError(f"{name} has no such field '{field}' as it usually has")
 
 
 @cache

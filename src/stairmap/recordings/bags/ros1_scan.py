@@ -43,7 +43,7 @@ def scan_ros1_bag(path: Path, losses: list[str]) -> Iterator[BagMessage]:
                 losses.append("is cut off at its end")
                 return
             is_whole = file.tell() + data_size <= size
-            kind = header.get(b"op", b"\0")[0]
+            kind = (header.get(b"op") or b"\0")[0]
             if kind == _BAG_HEADER and header.get(b"index_pos") == bytes(8):
                 losses.append("was not closed by its recorder")
             if kind != _CHUNK:
@@ -52,7 +52,7 @@ def scan_ros1_bag(path: Path, losses: list[str]) -> Iterator[BagMessage]:
                 try:
                     chunk = _DECOMPRESS[header[b"compression"]](file.read(data_size))
                     yield from _read_chunk(chunk, topics)
-                except (KeyError, ValueError, RuntimeError, OSError, EOFError, struct.error):
+                except (KeyError, IndexError, ValueError, RuntimeError, OSError, EOFError, struct.error):
                     losses.append("has a chunk that is corrupt")
             if not is_whole:
                 losses.append("is cut off at its end")
