@@ -244,5 +244,5 @@ def test_a_robot_that_takes_stairs_in_one_direction_is_planned_that_way(tower, t
     (tmp_path / "wrong.yaml").write_text(source + "\nstair_directions: sideways\n")
     check_refused(
         stairmap("plan", folder, *floors, "--robot", tmp_path / "wrong.yaml"),
-        "stair_directions must be both, up or down, got 'sideways'",
+        "stair_directions: should be 'both', 'up' or 'down', got 'sideways'",
     )

@@ -54,7 +54,7 @@ def test_a_kept_frame_is_the_rendered_one(tmp_path: Path, monkeypatch: pytest.Mo
             patch.setattr(module, "take_view", lambda _: pytest.fail("rendered again"))
             _, kept, kept_seen = load_view(spec, tmp_path)
         np.testing.assert_array_equal(kept.depth, fresh.depth)
-        np.testing.assert_array_equal(kept.up, view.map_from_camera[2, :3])
+        np.testing.assert_allclose(kept.up, view.map_from_camera[2, :3], rtol=1e-12)
         assert (seen is None) == (kept_seen is None) == (view.flight is None)
         if seen is not None and kept_seen is not None:
             assert kept_seen.to_dict() == seen.to_dict()

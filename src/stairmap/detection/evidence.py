@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from functools import cached_property
 
 import numpy as np
 
@@ -89,7 +88,7 @@ LEVEL_TOLERANCE = 0.3
 """A floor or landing lies within this share of a rise of where the next tread would."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Evidence:
     """What rays say of each step; all arrays are (num_steps,), counts of rays of strips.
 
@@ -118,13 +117,13 @@ class Evidence:
         kept = {field.name: getattr(self, field.name)[..., first : last + 1] for field in fields(self)}
         return Evidence(**kept)
 
-    @cached_property
+    @property
     def goes_on(self) -> Mask:
         """(num_steps,) whether a surface that should end at the nosing goes on: a wall, or a floor."""
         most = self.continued > MAX_CONTINUED * (self.continued + self.ended)
         return np.asarray((most & (self.continued >= MIN_RAYS)).any(axis=0))
 
-    @cached_property
+    @property
     def is_seen(self) -> Mask:
         """(num_steps,) whether rays lie on the step, and its surface ends at its nosing."""
         measured = self.on + self.farther + self.nearer
@@ -132,7 +131,7 @@ class Evidence:
         shows &= self.on >= MIN_SHOWN_SHARE * measured
         return np.asarray(shows & ~self.goes_on)
 
-    @cached_property
+    @property
     def is_refuted(self) -> Mask:
         """(num_steps,) whether rays went through where the step would be, or its surface goes on."""
         through = self.farther > MIN_ON_SHARE * (self.on + self.farther)
