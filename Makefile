@@ -40,6 +40,7 @@ CONFIGURE = $(KERNELS_PYTHON) -m cmake -G Ninja -S src/stairmap/kernels/cpp \
 
 kernels: | $(KERNELS_PYTHON)
 	$(KERNELS_PYTHON) -m pip install --quiet --disable-pip-version-check cmake nanobind ninja
+	@mkdir -p build && touch build/COLCON_IGNORE
 	$(CONFIGURE) -B build/kernels --log-level=WARNING
 	$(KERNELS_PYTHON) -m cmake --build build/kernels
 
@@ -47,6 +48,7 @@ kernels: | $(KERNELS_PYTHON)
 # of Python itself do not count.
 sanitize: | $(KERNELS_PYTHON)
 	$(KERNELS_PYTHON) -m pip install --quiet --disable-pip-version-check cmake nanobind ninja
+	@mkdir -p build && touch build/COLCON_IGNORE
 	$(CONFIGURE) -B build/sanitize -DSANITIZE=ON --log-level=WARNING
 	$(KERNELS_PYTHON) -m cmake --build build/sanitize
 	LD_PRELOAD="$$(c++ -print-file-name=libasan.so) $$(c++ -print-file-name=libstdc++.so)" ASAN_OPTIONS=detect_leaks=0 \
