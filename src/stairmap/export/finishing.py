@@ -67,7 +67,13 @@ def finish_run_folder(run: Path) -> FinishedRun:
     trajectory = load_run_trajectory(run)
     written = []
     if not results.is_finished:
-        text = stairways_json(results.stairways, num_frames=results.num_frames, frame_id=results.frame_id)
+        text = stairways_json(
+            results.stairways,
+            num_frames=results.num_frames,
+            frame_id=results.frame_id,
+            drops=results.drops,
+            camera_height=results.camera_height,
+        )
         write_whole_text(run / STAIRWAYS_FILE, text)
         written.append(STAIRWAYS_FILE)
     if trajectory is not None and not (run / TRAJECTORY_FILE).read_bytes().endswith(b"\n"):

@@ -17,6 +17,7 @@ from stairmap.detection.observation import Rejection, View
 from stairmap.drop import Drop
 from stairmap.errors import ResultsError, TrajectoryError
 from stairmap.export.history import HISTORY_FILE, load_history
+from stairmap.export.killed_run_drops import drops_of_killed_run
 from stairmap.export.results import DETECTIONS_FILE, READABLE_SCHEMAS, STAIRWAYS_FILE, TRAJECTORY_FILE
 from stairmap.input_files import (
     CheckedModel,
@@ -30,7 +31,7 @@ from stairmap.input_files import (
     validated,
 )
 from stairmap.recordings.tum_trajectory import load_tum_trajectory, load_unfinished_trajectory
-from stairmap.saved_drop import MAX_DROPS, SavedDrop
+from stairmap.saved_drop import MAX_DROP_DEPTH, MAX_DROPS, SavedDrop
 from stairmap.saved_stairway import MAX_STAIRWAYS, Count, SavedStairway
 from stairmap.stairway import Stairway
 from stairmap.trajectory import Trajectory
@@ -100,11 +101,17 @@ class SavedObservation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SavedDetection:
-    """One line of ``detections.jsonl``; true when it holds an observation."""
+    """One line of ``detections.jsonl``; true when it holds an observation.
+
+    ``camera_height``, m, is above the ground in view; ``drops`` are its edges: (2, 3) ends, m, camera frame,
+    and depth, m. Lines of earlier versions tell neither.
+    """
 
     stamp_ns: int
     observations: tuple[SavedObservation, ...]
     rejections: tuple[Rejection, ...]
+    camera_height: float | None = None
+    drops: tuple[tuple[list[list[float]], float | None], ...] = ()
 
     def __bool__(self) -> bool:
         return bool(self.observations)
@@ -143,12 +150,21 @@ class _RejectionLine(CheckedModel):
     unit: str
 
 
+class _EdgeLine(CheckedModel):
+    """An edge of the ground in a line of ``detections.jsonl``."""
+
+    edge: Annotated[list[Place], Field(min_length=2, max_length=2)]
+    depth: Annotated[float, Field(gt=0, le=MAX_DROP_DEPTH)] | None
+
+
 class _DetectionLine(CheckedModel):
     """A line of ``detections.jsonl``."""
 
     stamp_ns: Stamp
     observations: list[_ObservationLine]
     rejections: list[_RejectionLine]
+    camera_height: Annotated[float, Field(gt=0, le=MAX_CAMERA_HEIGHT)] | None = None
+    drops: Annotated[list[_EdgeLine], Field(max_length=1_000)] = Field(default_factory=list)
 
 
 def load_stairways(path: Path) -> RunResults:
@@ -222,12 +238,15 @@ def _load_unfinished(run: Path) -> RunResults:
     stairways: tuple[Stairway, ...] = ()
     for known in load_history(run):
         stairways = known.stairways
-    has_detections = (run / DETECTIONS_FILE).is_file()
+    detections = tuple(load_detections(run)) if (run / DETECTIONS_FILE).is_file() else ()
+    drops, camera_height = drops_of_killed_run(detections, load_run_trajectory(run), stairways)
     return RunResults(
         software="",
         frame_id="map",
-        num_frames=sum(1 for _ in load_detections(run)) if has_detections else 0,
+        num_frames=len(detections),
         stairways=stairways,
+        drops=drops,
+        camera_height=camera_height,
         is_finished=False,
     )
 
@@ -293,6 +312,8 @@ def _saved_detection(text: str) -> SavedDetection:
             )
             for rejection in line.rejections
         ),
+        camera_height=line.camera_height,
+        drops=tuple((edge.edge, edge.depth) for edge in line.drops),
     )
 
 
