@@ -15,7 +15,6 @@ from stairmap.cli.exits import FAULT
 from stairmap.errors import StairmapError
 from test_bad_inputs import limits
 
-
 NO_WAY = 3
 """Exit code of ``plan``."""
 

@@ -24,6 +24,7 @@ from stairmap.batch.pools import FinishedJob
 from stairmap.batch.task import perform
 from stairmap.batch.task_process import TaskProcess, perform_in_process
 from stairmap.errors import BatchError, MissingPackageError
+from stairmap.input_files import shown
 
 CONNECT_TIMEOUT = 10.0
 """Time in which a scheduler must answer, s."""
@@ -241,6 +242,13 @@ def scheduler_pool(address: str) -> Iterator[DaskPool]:
         If it does not answer, or has workers of another version.
     """
     distributed, _ = _import_dask()
+    try:
+        # A client that was given no address waits for 20 s when the process ends, and complains then.
+        distributed.comm.get_address_host_port(address, strict=True)
+    except ValueError as error:
+        raise BatchError(
+            f"no scheduler answers at {shown(address)}; expected an address such as tcp://10.0.0.1:8786"
+        ) from error
     with _client_of(distributed, address) as pool:
         yield pool
 
