@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from scipy.ndimage import maximum_filter
 
 from analytic_stairs import KINECT_CAMERA, AnalyticStairs, nosings, pose_looking, render_frame
 from solid_scenes import frame_of, pose_towards, room, stairs_solid
@@ -243,6 +244,12 @@ def test_a_trace_shows_nosings_treads_and_risers_where_they_are_in_the_frame(fac
     assert len(trace.accepted_lines) == len(detection.observations[0].edges)
     edges = np.array([edge.nosing for edge in detection.observations[0].edges])
     np.testing.assert_allclose(trace.accepted_lines.reshape(-1, 2, 2), camera.project(edges), atol=1e-6)
+    # Edges are where both surfaces are within three pixels of the working image, each ``factor`` wide.
+    near = [
+        maximum_filter(mask, 2 * 3 * round(factor) + 1, mode="constant")
+        for mask in (trace.tread_pixels, trace.riser_pixels)
+    ]
+    np.testing.assert_array_equal(trace.edge_pixels, near[0] & near[1])
     points = transform_points(FROM_ABOVE, frame.points())
     height = points[trace.tread_pixels][:, 2] / 0.17
     assert np.nanmean(np.abs(height - np.rint(height)) < 0.1) > 0.8

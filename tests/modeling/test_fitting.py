@@ -248,3 +248,24 @@ def test_heading_is_weighted_by_how_well_each_frame_knows_it() -> None:
         covariance[5, 5] = std**2
         object.__setattr__(observation, "covariance", covariance)
     assert fit(sure + vague).flight.heading == pytest.approx(0.9, abs=0.006)
+
+
+def test_the_deviation_of_a_heading_is_what_frames_state_and_what_their_poses_scatter_by() -> None:
+    observations = observe_all(FLIGHT, POSES[:6])
+    for observation in observations:
+        covariance = observation.covariance.copy()
+        covariance[5, 5] = np.radians(0.3) ** 2
+        object.__setattr__(observation, "covariance", covariance)
+    # Six neighbouring frames count as one, and a pose's heading scatters by 0.2 degrees.
+    expected = np.radians(np.hypot(0.3, 0.2))
+    assert fit(observations).flight.std.heading == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_deviation_of_a_height_is_what_frames_state_and_what_their_poses_scatter_by() -> None:
+    observations = observe_all(FLIGHT, POSES[:6])
+    for observation in observations:
+        covariance = observation.covariance.copy()
+        covariance[3, 3] = 0.008**2
+        object.__setattr__(observation, "covariance", covariance)
+    # A pose's height scatters by 6 mm.
+    assert fit(observations).flight.std.base[2] == pytest.approx(0.010, rel=0.01)

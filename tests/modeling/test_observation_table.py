@@ -191,3 +191,13 @@ def test_a_view_from_above_is_one_whatever_axis_the_sensor_calls_forward() -> No
     older = without_fields(table.observations, "from_below")
     again = ObservationTable.from_records(older, table.edges)
     assert again.observations["from_below"].tolist()[:2] == [True, True]
+
+
+def test_variances_are_those_of_their_own_measures() -> None:
+    """The covariance is of rise, run, forward, up, tilt, which is left out, and heading."""
+    observation = observe(FLIGHT, POSE, 0)
+    object.__setattr__(observation, "covariance", np.diag([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
+    table = ObservationTable()
+    table.add(observation)
+    names = ("rise", "run", "forward", "up", "heading")
+    assert [table.observations[f"{name}_variance"][0] for name in names] == [1.0, 2.0, 3.0, 4.0, 6.0]

@@ -102,7 +102,7 @@ def test_a_height_above_the_floor_is_floor_obstacle_hole_or_nothing(height, valu
     assert value_of([height] * 3, at=(0.3, 0.3)) == value
 
 
-@pytest.mark.parametrize(("camera_height", "value"), [(3.95, 0), (4.05, None)])
+@pytest.mark.parametrize(("camera_height", "value"), [(3.95, 0), (4.0, 0), (4.05, None)])
 def test_what_is_farther_than_4_m_is_not_taken_in(camera_height, value):
     floors = FloorStack(floors=HIGH.floors, levels={}, camera_height=camera_height)
     builder = GridBuilder(floors)

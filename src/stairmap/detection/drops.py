@@ -71,8 +71,8 @@ MIN_LENGTH, MIN_PLACES = 0.20, 5
 """Shortest edge, m, and fewest bearings that show it: no robot falls through what is narrower."""
 
 MIN_VOID, MIN_VOID_ROWS = 0.5, 4
-"""Shortest stretch of ground, m, and fewest rays, without any measurement that make a void: dark patches,
-and shadows of a projector behind low things, are mostly shorter."""
+"""Shortest stretch of ground, m, and fewest rays, from the last measurement on the ground to the next one
+that make a void: dark patches, and shadows of a projector behind low things, are mostly shorter."""
 
 MAX_VOID_DISTANCE = 2.5
 """Farthest void, m: farther ground is often not measured."""

@@ -155,13 +155,12 @@ def find_corners(elevation: Elevation, *, noise: float) -> Corners:
             min_upper_lean=-MAX_TOP_FALL,
         ),
     )
-    return Corners(
-        distance=np.concatenate([jumps[0], creases[0]]),
-        height=np.concatenate([jumps[1], creases[1]]),
-        strip=np.concatenate([jumps[2], creases[2]]),
-        is_jump=np.arange(len(jumps[0]) + len(creases[0])) < len(jumps[0]),
-        is_end=np.concatenate([jumps[3], np.zeros(len(creases[0]), dtype=bool)]),
-    )
+    *jump_places, jump_ends = jumps
+    distance, height, strip = (np.concatenate(both) for both in zip(jump_places, creases, strict=True))
+    is_jump = np.arange(len(distance)) < len(jump_ends)
+    is_end = is_jump.copy()
+    is_end[is_jump] = jump_ends
+    return Corners(distance=distance, height=height, strip=strip, is_jump=is_jump, is_end=is_end)
 
 
 def find_turns(elevation: Elevation, corners: Corners, *, max_turns: int) -> list[float]:

@@ -158,5 +158,5 @@ def _paint(treads: Mask, risers: Mask, image: InverseDepthImage, candidate: Cand
 
 def _dilated(mask: Mask, radius: int) -> Mask:
     """The mask grown by a square."""
-    kernel = np.ones((2 * radius + 1, 2 * radius + 1), np.uint8)
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), kernel) > 0)
+    size = 2 * radius + 1
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)

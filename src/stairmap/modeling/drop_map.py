@@ -128,7 +128,8 @@ class DropMap:
             self._cells = DropCells()
             known = self._num_placed_edges = 0
         edges = self.table.edges
-        for view, pose in zip(self.table.views[known:], poses[known:], strict=True):
+        for number in range(known, len(poses)):
+            view, pose = self.table.views[number], poses[number]
             begin = end = self._num_placed_edges
             while end < len(edges) and edges["stamp_ns"][end] == view["stamp_ns"]:
                 end += 1

@@ -199,7 +199,7 @@ def _stair_edges(portal: Portal, robot: RobotProfile, first: int) -> list[RouteE
     steps = np.diff(portal.way, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     edges: list[RouteEdge] = []
-    for kind, cost, sign in (("stairs_up", portal.cost_up, 1), ("stairs_down", portal.cost_down, -1)):
+    for sign, cost in ((1, portal.cost_up), (-1, portal.cost_down)):
         if not robot.takes_stairs(up=sign > 0):
             continue
         shares = cost * lengths / lengths.sum()
@@ -210,7 +210,7 @@ def _stair_edges(portal: Portal, robot: RobotProfile, first: int) -> list[RouteE
                 RouteEdge(
                     start=ends[0],
                     end=ends[1],
-                    kind="stairs_up" if kind == "stairs_up" else "stairs_down",
+                    kind="stairs_up" if sign > 0 else "stairs_down",
                     cost=float(shares[index]),
                     length=float(lengths[index]),
                     height=float(sign * steps[index, 2]),
