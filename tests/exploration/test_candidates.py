@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from small_worlds import SPOT, stairs
 
-from stairmap.exploration.candidates import is_on_link, staging_spot
+from stairmap.exploration.candidates import is_on_link, nearest_open, staging_spot
 from stairmap.exploration.exploration_map import ExplorationMap
 from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.odometry import Planar
@@ -37,8 +37,9 @@ def search_of(open_cells):
     )
     planner = FloorPlanner({0: grid}, (), SPOT.profile)
     return LevelSearch(
-        level=0, grid=grid, open_ground=grid, planner=planner, found=planner.search(0, np.array([0.55, 2.05]))
-    )
+        level=0, grid=grid, open_ground=grid, opaque=~open_cells, planner=planner,
+        found=planner.search(0, np.array([0.55, 2.05])),
+    )  # fmt: skip
 
 
 def test_stairs_are_entered_from_behind_a_staging_pose_that_cannot_be_reached_but_not_from_aside():
@@ -63,3 +64,16 @@ def test_stairs_are_entered_from_behind_a_staging_pose_that_cannot_be_reached_bu
     beside = everything.copy()
     beside[15:26, 6:] = False
     assert staging_spot(search_of(beside), link, pose, SPOT.radius) is None
+
+
+def test_a_look_is_taken_from_where_nothing_hides_its_target():
+    everything = np.ones((40, 70), dtype=bool)
+    search = search_of(everything)
+    target = np.array([3.45, 2.05])
+    place, _ = nearest_open(search, np.array([2.45, 2.05]), 1.5, target)
+    assert place == pytest.approx((2.45, 2.05), abs=0.01)
+    search.opaque[10:30, 30] = True
+    place, _ = nearest_open(search, np.array([2.45, 2.05]), 1.5, target)
+    assert place[0] > 3.1 or abs(place[1] - 2.05) > 0.9
+    search.opaque[:, 30] = True
+    assert nearest_open(search, np.array([2.45, 2.05]), 0.5, target) is None

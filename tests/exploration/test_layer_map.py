@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from small_worlds import SPOT, robot_in, room_with
 
+from stairmap.exploration.body import load_body
 from stairmap.exploration.layer_map import MAX_SLIT, RESOLUTION, LayerMap
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.open_ground import find_open_ground
@@ -49,6 +50,15 @@ def test_ground_too_near_to_be_seen_counts_as_seen_where_floor_follows_it():
     edge = robot_in(make_slab((0.0, 0.0, 2.0, 4.0), 0.0), 1.5, 2.0)
     beyond = scan_from_view(edge.look(), top=0.85)
     assert not (beyond.points[:, 0] > 0.5).any()
+
+
+def test_a_low_camera_that_looks_down_upon_ground_within_its_shortest_range_sees_no_obstacle_there():
+    robot = robot_in(room_with(), 1.5, 2.0, body=load_body("wheeled"))
+    scan = scan_from_view(robot.look(is_tilted=True), top=0.6)
+    near = np.hypot(scan.points[:, 0], scan.points[:, 1]) < 1.0
+    assert not (scan.kinds[near] == OBSTACLE).any()
+    wall = scan_from_view(robot_in(room_with(), 0.4, 2.0, 180.0).look(), top=0.6)
+    assert (wall.kinds[np.hypot(wall.points[:, 0], wall.points[:, 1]) < 0.6] == OBSTACLE).any()
 
 
 def test_pixels_between_bars_and_wall_are_no_obstacles():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from small_worlds import DRIFT, robot_in, room_with
 
-from stairmap.exploration.localizer import Localizer, Placed, ScanStore
+from stairmap.exploration.localizer import Localizer, ScanStore, thinned
 from stairmap.exploration.scans import scan_from_view
 
 pytest.importorskip("small_gicp")
@@ -23,7 +23,7 @@ def error_after_a_spin(seed, *, corrected):
     for _ in range(36):
         view = robot.look()
         scan = scan_from_view(view, top=0.85)
-        known.add(Placed(scan=scan, pose=localizer.correct(scan, view.odometry, known)))
+        known.add(scan, localizer.correct(scan, view.odometry, known))
         robot.turn(math.radians(20))
     believed = localizer.predict(robot.odometry.pose)
     return abs((believed.heading - robot.pose.heading + math.pi) % (2 * math.pi) - math.pi)
@@ -58,8 +58,15 @@ def test_scans_of_one_spot_are_kept_once_so_that_memory_grows_with_the_area():
     scan = scan_from_view(robot.look(), top=0.85)
     store = ScanStore()
     for _ in range(50):
-        store.add(Placed(scan=scan, pose=robot.pose))
+        store.add(scan, robot.pose)
     assert len(store) == 1
     robot.drive(1.0)
-    store.add(Placed(scan=scan, pose=robot.pose))
+    store.add(scan, robot.pose)
     assert len(store) == 2
+
+
+def test_points_of_a_scan_are_averaged_so_that_walls_stay_where_they_are():
+    wall = np.column_stack([np.full(4000, 1.03), np.linspace(0, 2, 4000), np.linspace(0.2, 1.4, 4000)])
+    found = thinned(wall)
+    assert len(found) < 60
+    assert np.allclose(found[:, 0], 1.03)

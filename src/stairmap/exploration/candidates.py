@@ -13,6 +13,7 @@ from stairmap.exploration.known_building import KnownBuilding
 from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.levels import Level
 from stairmap.exploration.low_steps import find_low_steps
+from stairmap.exploration.sight import are_in_sight
 from stairmap.exploration.stair_links import UNEXPLORED, Link
 from stairmap.exploration.tasks import Task
 from stairmap.geometry import wrapped_angle
@@ -97,7 +98,7 @@ def _drop_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> list
             middle = np.median(points[parts.reshape(-1) == part], axis=0)
             if known.num_looks(level.number, middle) >= 1 or is_on_link(known, level, middle):
                 continue
-            spot = _nearest_open(search, middle, LOOK_REACH + DROP_PART / 2)
+            spot = nearest_open(search, middle, LOOK_REACH + DROP_PART / 2, middle)
             if spot is None:
                 continue
             position, cost = spot
@@ -120,7 +121,8 @@ def _tentative_tasks(known: KnownBuilding, level: Level, search: LevelSearch) ->
             continue
         forward = np.array([math.cos(sighting.heading), math.sin(sighting.heading)])
         shift = -LOOK_DISTANCE if sighting.view == "ascending" else EDGE_DISTANCE
-        spot = _nearest_open(search, sighting.place[:2] + shift * forward, LOOK_REACH)
+        target = sighting.place[:2]
+        spot = nearest_open(search, target + shift * forward, LOOK_REACH, target)
         if spot is None:
             continue
         position, cost = spot
@@ -134,20 +136,26 @@ def _tentative_tasks(known: KnownBuilding, level: Level, search: LevelSearch) ->
 
 
 def _low_step_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> list[Task]:
-    """Looks from the front at what may be the lowest treads of stairs."""
+    """Looks from the front at what may be the lowest treads of stairs.
+
+    Where a single one was seen, a frame from the front that showed no stairs settles it.
+    """
     tasks = []
     for steps in find_low_steps(search.grid, level.map.tops):
         if is_on_link(known, level, steps.place, steps.heading) or known.num_looks(level.number, steps.place):
             continue
+        if steps.num_seen == 1 and known.was_faced(level, steps.place, steps.heading):
+            continue
+        reason = "two low steps one behind the other" if steps.num_seen > 1 else "may be a lowest step"
         forward = np.array([math.cos(steps.heading), math.sin(steps.heading)])
-        spot = _nearest_open(search, steps.place - LOOK_DISTANCE * forward, LOOK_REACH)
+        spot = nearest_open(search, steps.place - LOOK_DISTANCE * forward, LOOK_REACH, steps.place)
         if spot is None:
             continue
         position, cost = spot
         tasks.append(
             Task(
                 kind="look", level=level.number, position=position, target=steps.place, cost=cost,
-                gain=LOOK_GAIN, reason="two low steps one behind the other",
+                gain=LOOK_GAIN, reason=reason,
             )
         )  # fmt: skip
     return tasks
@@ -238,17 +246,20 @@ def is_on_link(known: KnownBuilding, level: Level, place: Float64Array, heading:
     return False
 
 
-def _nearest_open(
-    search: LevelSearch, place: Float64Array, reach: float
+def nearest_open(
+    search: LevelSearch, place: Float64Array, reach: float, target: Float64Array
 ) -> tuple[Float64Array, float] | None:
-    """Return the reachable open place nearest to a (2,) one within a distance, and the cost to it."""
+    """Return the reachable open place nearest to a (2,) one within a distance, and the cost to it, s.
+
+    From there nothing hides a (2,) target.
+    """
     costs = search.costs
     rows, columns = np.nonzero(np.isfinite(costs))
-    if not len(rows):
-        return None
     centers = search.open_ground.centers(rows, columns)
     apart = np.hypot(*(centers - place).T)
-    best = int(np.argmin(apart))
-    if apart[best] > reach:
+    near = np.flatnonzero(apart < reach)
+    near = near[are_in_sight(search.grid, search.opaque, centers[near], target)]
+    if not len(near):
         return None
+    best = near[np.argmin(apart[near])]
     return centers[best], float(costs[rows[best], columns[best]])

@@ -6,19 +6,27 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from stairmap.arrays import Transform
+import numpy as np
+
+from stairmap.arrays import Float64Array, Transform
 from stairmap.config import Config
 from stairmap.detection.observation import Detection
 from stairmap.exploration.body import Body
 from stairmap.exploration.known_building import SAME_PLACE, KnownBuilding, Sighting
 from stairmap.exploration.layer_map import LayerMap
-from stairmap.exploration.localizer import Localizer, Placed, ScanStore
+from stairmap.exploration.levels import Level
+from stairmap.exploration.localizer import Localizer, ScanStore
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.scans import Scan, scan_from_view
+from stairmap.exploration.sight import are_in_sight
 from stairmap.exploration.simulated_robot import View
 from stairmap.session import MapSession
 from stairmap.stairway import Stairway
 from stairmap.transforms import rotation_from_vector, transform_from_parts
+
+FACED_DISTANCE, FACED_ANGLE, FACED_VIEW = (0.8, 3.0), math.radians(40), 0.8
+"""Stairs are detected well from such distances, m, at most so far from straight ahead of them, rad, and in
+this middle part of the image."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +71,7 @@ class ExplorationMap(KnownBuilding):
         self.records: list[Record] = []
         self.poses: list[Planar] = []
         self.last_scan: Scan | None = None
+        self.half_view = 0.0
         self.last_detection: Detection | None = None
         self.on_frame: Callable[[View, Transform, Detection], None] = lambda *_: None
         self.num_detections = 0
@@ -80,12 +89,13 @@ class ExplorationMap(KnownBuilding):
         """Take in a frame of the robot where it is now, on its level or, without one, on stairs."""
         scan = scan_from_view(view, top=self.body.top + 0.1)
         self.pose = self.localizer.correct(scan, view.odometry, self._scans)
-        self._scans.add(Placed(scan=scan, pose=self.pose))
+        self._scans.add(scan, self.pose)
         map_from_camera = map_from_body(self.pose) @ view.body_from_camera
         self.last_detection = self.session.add(view.frame, map_from_camera)
         self.num_detections += bool(self.last_detection)
         self._stairs_are_stale |= bool(self.last_detection)
         self.last_scan = scan
+        self.half_view = math.atan(view.frame.camera.width / 2 / view.frame.camera.fx)
         number = None if self.level is None else self.level.number
         self.records.append(Record(stamp_ns=scan.stamp_ns, odometry=view.odometry, level=number))
         self.poses.append(self.pose)
@@ -107,6 +117,20 @@ class ExplorationMap(KnownBuilding):
             ):
                 found.append(sighting)
         return found
+
+    def was_faced(self, level: Level, place: Float64Array, heading: float) -> bool:
+        """As ``KnownBuilding.was_faced``, by the robot's own frames."""
+        is_here = np.array([record.level == level.number for record in self.records], dtype=bool)
+        poses = np.array([pose.to_row() for pose in self.poses]).reshape(-1, 4)[is_here]
+        offsets = place - poses[:, :2]
+        distance = np.hypot(*offsets.T)
+        bearing = np.arctan2(offsets[:, 1], offsets[:, 0])
+        near = (distance > FACED_DISTANCE[0]) & (distance < FACED_DISTANCE[1])
+        near &= np.cos(bearing - poses[:, 3]) > math.cos(self.half_view * FACED_VIEW)
+        near &= np.cos(bearing - heading) > math.cos(FACED_ANGLE)
+        if not near.any():
+            return False
+        return bool(are_in_sight(level.map.grid(), level.map.opaque(), poses[near, :2], place).any())
 
     def _note_sightings(self, map_from_camera: Transform) -> None:
         if self.level is None or self.last_detection is None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask, Vector, readonly
 from stairmap.exploration.open_ground import STRIDE
+from stairmap.exploration.sight import are_in_sight
 from stairmap.navigation.exploration import MIN_FRONTIER
 from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -162,11 +163,7 @@ def _cheapest_in_sight(
     rows, columns = rows[order] + low[0], columns[order] + low[1]
     places = open_ground.centers(rows, columns)
     kept = np.linalg.norm(places - target, axis=1) <= REACH
-    lines = places[kept][:, None] + np.linspace(0.0, 1.0, 24)[:, None] * (target - places[kept])[:, None]
-    index, inside = grid.cells_at(lines.reshape(-1, 2))
-    index = np.clip(index, 0, np.array(grid.cells.shape) - 1)
-    hidden = (grid.cells[index[:, 0], index[:, 1]] == OCCUPIED) | ~inside
-    visible = np.flatnonzero(~hidden.reshape(-1, 24).any(axis=1))
+    visible = np.flatnonzero(are_in_sight(grid, grid.cells == OCCUPIED, places[kept], target))
     if not len(visible):
         return None
     first = np.flatnonzero(kept)[visible[0]]

@@ -21,6 +21,7 @@ from stairmap.exploration.levels import Level, LevelBook
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.open_ground import find_open_ground
 from stairmap.exploration.stair_links import StairBook
+from stairmap.exploration.tasks import Task
 from stairmap.navigation.occupancy import FREE, OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner
 from stairmap.stairway import Stairway
@@ -76,7 +77,8 @@ class KnownBuilding(ABC):
         self.level: Level | None = None
         self.num_stair_changes = 0
         self._stairs_are_stale = True
-        self._searches: dict[int, tuple[tuple[int, int, tuple[float, ...]], LevelSearch]] = {}
+        self._searches: dict[int, tuple[tuple[object, ...], LevelSearch]] = {}
+        self.tasks_elsewhere: dict[int, tuple[LevelSearch, list[Task]]] = {}
         self._looks: list[tuple[int, Float64Array]] = []
 
     @abstractmethod
@@ -113,9 +115,24 @@ class KnownBuilding(ABC):
         """Return how often it looked there."""
         return sum(number == level and math.dist(place, other) < SAME_PLACE for number, other in self._looks)
 
+    def was_faced(self, level: Level, place: Float64Array, heading: float) -> bool:  # noqa: ARG002
+        """Tell whether a frame showed a (2,) place of a level from the front, as stairs are detected best.
+
+        Parameters
+        ----------
+        level, place
+            Where stairs may begin.
+        heading
+            In which they would go up, rad.
+        """
+        return False
+
     def search_elsewhere(self, level: Level, place: Float64Array) -> LevelSearch:
         """Return what ``search`` does for a level where the robot is not; it is kept until it changes."""
-        key = (level.map.num_changes, self.num_stair_changes, tuple(np.round(place[:2], 1)))
+        links = tuple(
+            link.fingerprint for link in self.stairs.links if level.number in (link.lower, link.upper)
+        )
+        key = (level.map.num_changes, links, tuple(np.round(place[:2], 1)))
         kept = self._searches.get(level.number)
         if kept is None or kept[0] != key:
             kept = (key, self.search(level, place))
@@ -138,6 +155,7 @@ class KnownBuilding(ABC):
             level=level.number,
             grid=grid,
             open_ground=open_ground,
+            opaque=level.map.opaque(),
             planner=planner,
             found=planner.search(level.number, start),
         )

@@ -33,6 +33,9 @@ CLOSING = 5
 FORGOTTEN_TRAIL = 0.35
 """So near to what stopped the robot it forgets that it passed there before, m: its body and some drift."""
 
+SEEN_OVER = 0.35
+"""What is lower hides nothing of what stands behind it, m: no camera is lower."""
+
 MAX_SLIT = 3
 """Drops narrower than this are slits that a foot does not fall into, cells."""
 
@@ -144,7 +147,7 @@ class LayerMap:
             nothing = np.full((1, 1), UNKNOWN, dtype=np.int8)
             return OccupancyGrid(cells=nothing, resolution=RESOLUTION, origin=(0.0, 0.0))
         floor, obstacle, drop = (self._votes[kind].astype(np.int32) for kind in (FLOOR, OBSTACLE, DROP))
-        is_obstacle = (obstacle >= MIN_OBSTACLE_VOTES) & (obstacle > MIN_OBSTACLE_SHARE * floor)
+        is_obstacle = _are_obstacles(floor, obstacle)
         is_drop = _wide(drop > floor, MAX_SLIT)
         seen = cv2.morphologyEx(
             ((floor > 0) & ~is_drop).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((CLOSING, CLOSING), np.uint8)
@@ -163,6 +166,11 @@ class LayerMap:
             return np.zeros((1, 1), dtype=np.bool_)
         floor, drop = self._votes[FLOOR].astype(np.int32), self._votes[DROP].astype(np.int32)
         return _wide(drop > floor, MAX_SLIT)
+
+    def opaque(self) -> Mask:
+        """Return the (rows, columns) cells with obstacles that hide what is behind them."""
+        floor, obstacle = self._votes[FLOOR].astype(np.int32), self._votes[OBSTACLE].astype(np.int32)
+        return _are_obstacles(floor, obstacle) & (self._tops > SEEN_OVER)
 
     def _disc(self, x: float, y: float, radius: float) -> IntArray:
         reach = math.ceil(radius / RESOLUTION)
@@ -196,6 +204,10 @@ class LayerMap:
             tops[window] = self._tops
         self._low, self._votes, self._trail, self._settled = new_low, votes, trail, settled
         self._tops = tops
+
+
+def _are_obstacles(floor: IntArray, obstacle: IntArray) -> Mask:
+    return np.asarray((obstacle >= MIN_OBSTACLE_VOTES) & (obstacle > MIN_OBSTACLE_SHARE * floor))
 
 
 def _wide(mask: Mask, cells: int) -> Mask:

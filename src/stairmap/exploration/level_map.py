@@ -21,6 +21,10 @@ class LevelMap(Protocol):
         """Return the map; drops are occupied in it."""
         ...
 
+    def opaque(self) -> Mask:
+        """Return the (rows, columns) cells with obstacles that hide what is behind them."""
+        ...
+
     def drops(self) -> Mask:
         """Return the (rows, columns) cells where the ground lies lower."""
         ...

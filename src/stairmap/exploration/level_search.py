@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, Points
+from stairmap.arrays import Float64Array, Mask, Points
 from stairmap.navigation.occupancy import FREE, OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner, SearchResult
 from stairmap.navigation.planning_graph import nearest_node
@@ -25,6 +25,8 @@ class LevelSearch:
         Its map.
     open_ground
         Where the robot's middle can be.
+    opaque
+        (rows, columns) of the map, what hides things behind it.
     planner, found
         The planner of this level and its search from the robot's place.
     """
@@ -32,6 +34,7 @@ class LevelSearch:
     level: int
     grid: OccupancyGrid
     open_ground: OccupancyGrid
+    opaque: Mask
     planner: FloorPlanner
     found: SearchResult
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import importlib
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -65,43 +65,52 @@ PRIOR_TILT, PRIOR_HEIGHT = math.radians(0.5), 0.02
 """Of tilt, rad, which the IMU measures, and of height, m, which legs feel."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Placed:
-    """A scan and where it was taken."""
-
-    scan: Scan
-    pose: Planar
-
-
 class ScanStore:
-    """Scans with where they were taken: one a spot and heading, so it grows with the area only."""
+    """What scans showed besides the floor, in the map: one scan a spot and heading, so it grows with the area
+    only."""
 
     def __init__(self) -> None:
-        self._scans: dict[tuple[int, int, int, int], Placed] = {}
+        self._keys: set[tuple[int, int, int, int]] = set()
+        self._places: list[Float64Array] = []
+        self._clouds: list[Points] = []
 
     def __len__(self) -> int:
-        return len(self._scans)
+        return len(self._clouds)
 
-    def add(self, placed: Placed) -> None:
+    def add(self, scan: Scan, pose: Planar) -> None:
         """Keep a scan unless one of its spot and heading is known: the first has drifted least."""
-        pose = placed.pose
         key = (
             int(pose.x // SAME_SPOT),
             int(pose.y // SAME_SPOT),
             int(pose.z // SAME_SPOT),
             int(pose.heading % (2 * math.pi) // SAME_HEADING),
         )
-        self._scans.setdefault(key, placed)
+        if key not in self._keys:
+            self._keys.add(key)
+            self._places.append(pose.place)
+            self._clouds.append(thinned(scan.placed(pose)[scan.kinds != FLOOR]))
 
-    def near(self, pose: Planar) -> list[Placed]:
-        """Return the scans nearest to a pose, at most ``MAX_SCANS``."""
-        scans = list(self._scans.values())
-        if not scans:
-            return []
-        rows = np.array([placed.pose.to_row() for placed in scans])
-        apart = np.hypot(rows[:, 0] - pose.x, rows[:, 1] - pose.y)
-        near = np.flatnonzero((apart < NEIGHBOURHOOD) & (np.abs(rows[:, 2] - pose.z) < HEIGHTS))
-        return [scans[int(index)] for index in near[np.argsort(apart[near], kind="stable")][:MAX_SCANS]]
+    def near(self, pose: Planar) -> Points:
+        """Return the (N, 3) points of the scans nearest to a pose, at most ``MAX_SCANS`` scans, m, map."""
+        if not self._clouds:
+            return np.empty((0, 3))
+        offsets = np.array(self._places) - pose.place
+        apart = np.hypot(offsets[:, 0], offsets[:, 1])
+        near = np.flatnonzero((apart < NEIGHBOURHOOD) & (np.abs(offsets[:, 2]) < HEIGHTS))
+        chosen = near[np.argsort(apart[near], kind="stable")][:MAX_SCANS]
+        return np.concatenate([np.empty((0, 3)), *(self._clouds[int(index)] for index in chosen)])
+
+
+def thinned(points: Points) -> Points:
+    """Return the means of (N, 3) points in cubes of ``VOXEL``."""
+    if not len(points):
+        return points
+    cells = np.floor(points / VOXEL).astype(np.int64)
+    cells -= cells.min(axis=0)
+    keys = (cells[:, 0] << 40) | (cells[:, 1] << 20) | cells[:, 2]
+    _, index, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    sums = [np.bincount(index, weights=points[:, axis]) for axis in range(3)]
+    return np.asarray(np.stack(sums, axis=1) / counts[:, None], dtype=np.float64)
 
 
 class Localizer:
@@ -209,11 +218,7 @@ class Localizer:
         ):
             return
         self._target_age, self._target_pose, self._target = 0, pose.to_row(), None
-        scans = known.near(pose)
-        clouds: list[Points] = [
-            placed.scan.placed(placed.pose)[placed.scan.kinds != FLOOR] for placed in scans
-        ]
-        every = np.concatenate(clouds) if clouds else np.empty((0, 3))
+        every = known.near(pose)
         if len(every) >= MIN_POINTS:
             self._target = self._library.preprocess_points(
                 every, downsampling_resolution=VOXEL, num_neighbors=10

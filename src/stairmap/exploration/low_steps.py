@@ -1,7 +1,7 @@
-"""Places of a level's map that look like the first two steps of stairs that go up.
+"""Places of a level's map that look like the first steps of stairs that go up.
 
-A robot that passes stairs sees their lowest treads from aside, too obliquely for a detector of stairs. They
-are worth a look from the front.
+A robot that passes stairs sees their lowest treads from aside or from afar, and no detector finds stairs
+there. They are worth a look from the front.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stairmap.arrays import Float64Array
-from stairmap.navigation.occupancy import OccupancyGrid
+from stairmap.arrays import Float64Array, IntArray
+from stairmap.navigation.occupancy import FREE, OccupancyGrid
 
 MIN_TOP, MAX_TOP = 0.11, 0.27
 """Height of a first tread above the floor, m."""
@@ -33,10 +33,11 @@ MIN_SHARE = 0.3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LowSteps:
-    """(2,) middle of the lower tread, m, map, and the heading up, rad."""
+    """(2,) middle of the lower tread, m, map, the heading up, rad, and how many treads were seen: 1 or 2."""
 
     place: Float64Array
     heading: float
+    num_seen: int
 
 
 def find_low_steps(grid: OccupancyGrid, tops: NDArray[np.float32]) -> list[LowSteps]:
@@ -61,13 +62,22 @@ def find_low_steps(grid: OccupancyGrid, tops: NDArray[np.float32]) -> list[LowSt
         level = float(np.median(tops[window][own & (tops[window] > 0)]))
         near = cv2.dilate(own.astype(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)) > 0
         second = near & (tops[window] > level + MIN_RISE) & (tops[window] < level + MAX_RISE) & ~own
-        if np.count_nonzero(second) < MIN_SHARE * area:
-            continue
         middle = np.array([columns.mean(), rows.mean()])
-        behind = np.argwhere(second)[:, ::-1].mean(axis=0)
-        direction = behind - middle
-        place = grid.centers(np.array([round(centroids[label][1])]), np.array([round(centroids[label][0])]))[
-            0
-        ]
-        found.append(LowSteps(place=place, heading=float(np.arctan2(direction[1], direction[0]))))
+        across = _short_axis(rows, columns)
+        has_second = np.count_nonzero(second) >= MIN_SHARE * area
+        # Up is square to the step, towards the next one or away from the ground before it.
+        side = np.argwhere(second if has_second else near & (grid.cells[window] == FREE))[:, ::-1] - middle
+        if not len(side):
+            continue
+        towards = float((side @ across).mean()) * (1 if has_second else -1)
+        direction = across if towards > 0 else -across
+        place = grid.centers(*(np.array([round(value)]) for value in centroids[label][::-1]))[0]
+        heading = float(np.arctan2(direction[1], direction[0]))
+        found.append(LowSteps(place=place, heading=heading, num_seen=1 + int(has_second)))
     return found
+
+
+def _short_axis(rows: IntArray, columns: IntArray) -> Float64Array:
+    """Return the (2,) x and y of the direction in which cells extend least."""
+    centered = np.column_stack([columns - columns.mean(), rows - rows.mean()])
+    return np.asarray(np.linalg.eigh(centered.T @ centered)[1][:, 0], dtype=np.float64)

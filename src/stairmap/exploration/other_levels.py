@@ -8,6 +8,7 @@ from stairmap.arrays import Float64Array
 from stairmap.exploration.candidates import FLOOR_GAIN, find_tasks, staging_spot
 from stairmap.exploration.known_building import KnownBuilding
 from stairmap.exploration.level_search import LevelSearch
+from stairmap.exploration.levels import Level
 from stairmap.exploration.stair_links import UNEXPLORED, Link
 from stairmap.exploration.tasks import Task
 from stairmap.navigation.floors import FloorError
@@ -40,7 +41,7 @@ def find_tasks_elsewhere(known: KnownBuilding, search: LevelSearch) -> list[Task
             except FloorError:
                 continue
             done.add(far)
-            for task in find_tasks(known, level, there):
+            for task in _tasks_there(known, level, there):
                 if task.gain < MIN_GAIN:
                     continue
                 key = (step.link or 0, step.is_up)
@@ -52,6 +53,15 @@ def find_tasks_elsewhere(known: KnownBuilding, search: LevelSearch) -> list[Task
                     )
             todo.append((cost, there, step))
     return list(best.values())
+
+
+def _tasks_there(known: KnownBuilding, level: Level, there: LevelSearch) -> list[Task]:
+    """Return the tasks of a level where the robot is not; they are kept as long as its search."""
+    kept = known.tasks_elsewhere.get(level.number)
+    if kept is None or kept[0] is not there:
+        kept = (there, find_tasks(known, level, there))
+        known.tasks_elsewhere[level.number] = kept
+    return kept[1]
 
 
 def _hop(known: KnownBuilding, link: Link, here: LevelSearch) -> tuple[float, int, bool, Float64Array] | None:

@@ -35,12 +35,15 @@ BLIND_MARGIN = 0.15
 """The ground between the robot and the nearest that its camera can see counts as seen if floor is seen there,
 at most so much beyond, m."""
 
-TOO_NEAR = (0.32, 0.50)
+TOO_NEAR = (0.42, 0.50)
 """Where the lower part of a whole column measures nothing, something stands too near to be seen, or the floor
 ends: an obstacle between these distances, m, the farther the camera's shortest range."""
 
 MIN_EMPTY_SHARE = 0.4
 """Lower part of a column that counts for that."""
+
+GROUND_IN_RANGE = 1.1
+"""Ground is measured surely from so many times the camera's shortest range on: bodies swing."""
 
 SAME_SURFACE = (0.02, 0.02)
 """Neighbours of a pixel whose depth differs by less than this are of its surface: m, and m per m."""
@@ -113,7 +116,7 @@ def scan_from_view(view: View, *, top: float) -> Scan:
         kinds[height < DROP_HEIGHT] = DROP
     kinds[~seen] = -1
     blind = _blind_ground(points, distance, kinds, rays @ rotation.T, float(position[2]))
-    near = _too_near(depth, rays @ rotation.T)
+    near = _too_near(depth, rays @ rotation.T, float(position[2]))
     kept = kinds >= 0
     every = np.concatenate([points[kept], blind, near])
     kind = np.concatenate(
@@ -141,9 +144,18 @@ def _on_surfaces(depth: DepthImage) -> Mask:
     return np.asarray(count >= MIN_NEIGHBOURS)
 
 
-def _too_near(depth: Float64Array, rays: Points) -> Points:
-    """Return points of what stands before columns that measure nothing."""
-    lower = depth[round((1 - MIN_EMPTY_SHARE) * len(depth)) :]
+def _too_near(depth: Float64Array, rays: Points, camera_height: float) -> Points:
+    """Return points of what stands before columns that measure nothing.
+
+    Rows that look down upon level ground within the camera's shortest range measure nothing either way: the
+    rows above them count.
+    """
+    with np.errstate(divide="ignore"):
+        ground = np.where(rays[..., 2] < 0, camera_height / -rays[..., 2], np.inf)
+    rows = np.flatnonzero(ground.min(axis=1) > GROUND_IN_RANGE * TOO_NEAR[1])
+    lower = depth[rows[round((1 - MIN_EMPTY_SHARE) * len(rows)) :]]
+    if not len(lower):
+        return np.empty((0, 3))
     columns = np.flatnonzero(~np.isfinite(lower).any(axis=0))
     ahead = rays[-1, columns, :2]
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1), 1e-9)[:, None]

@@ -180,6 +180,7 @@ class SimulatedPilot:
         self.blocking = np.empty((0, 2))
         if np.count_nonzero(near) < MIN_BLOCKING_POINTS:
             return step
+        self.blocking = points[near, :2]
         return (
             float(np.partition(along[near], MIN_BLOCKING_POINTS - 1)[MIN_BLOCKING_POINTS - 1])
             - radius

@@ -95,6 +95,15 @@ class Link:
         # Nobody knows a limit, or it was not seen well: whoever asked for it takes the risk.
         return self.allow_unknown and self.portal.assessment.probability[1] >= MIN_PROBABILITY
 
+    @property
+    def fingerprint(self) -> tuple[object, ...]:
+        """All that decides what can be done with it; another one where something of that changed."""
+        measures = [*self.flight.base, self.flight.heading, self.flight.rise, self.flight.width]
+        return (
+            self.number, self.lower, self.upper, self.state, self.portal.verdict, self.flight.num_risers,
+            sum(self.looks.values()), self.is_climbable, *np.round(measures, 2),
+        )  # fmt: skip
+
     def note_failure(self, reason: str) -> None:
         """Note a climb that failed; risers that are too high, or a second failure, close the stairs."""
         self.num_failures += 1

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import cv2
 import numpy as np
 from py_trees.common import Status
 
 from stairmap.exploration.behaviours.base import MissionBehaviour
 from stairmap.exploration.frontiers import frontier_mask
+
+SAME_BORDER = np.ones((5, 5), np.uint8)
+"""A border that moved by two cells was not seen across: noise does that."""
 
 SEEN_SHARE = 0.3
 """A frontier of which less than this is left was seen on the way."""
@@ -44,10 +48,10 @@ class Drive(MissionBehaviour):
 
 
 def frontier_left(mission: object, cells: np.ndarray) -> float:
-    """Return which share of (N, 2) cells is still a frontier of the robot's level."""
+    """Return which share of (N, 2) cells is still a frontier of the robot's level, or right beside one."""
     level = mission.known.level  # type: ignore[attr-defined]
     grid = level.map.grid()
-    mask = frontier_mask(grid, level.map.settled)
+    mask = cv2.dilate(frontier_mask(grid, level.map.settled).astype(np.uint8), SAME_BORDER) > 0
     index, inside = grid.cells_at(cells)
     index = index[inside]
     return float(mask[index[:, 0], index[:, 1]].sum()) / max(len(cells), 1)
