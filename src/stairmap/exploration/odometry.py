@@ -70,20 +70,18 @@ class RunningOdometry:
         """Take in a true move: m ahead and to the left, then a turn, rad, to ground at height z, m."""
         a1, a2, a3, a4 = self._model.alphas
         trans = math.hypot(forward, left)
-        rot1 = math.atan2(left, forward) if trans > 1e-6 else 0.0
-        # Backwards is a negative way, not a turn about.
-        if abs(rot1) > math.pi / 2:
-            rot1, trans = rot1 - math.copysign(math.pi, rot1), -trans
-        rot2 = turn - rot1
+        square = trans * NOISE_STEP
         noise = self._random.standard_normal(3)
-        square = abs(trans) * NOISE_STEP
-        rot1 += math.sqrt(a1 * rot1**2 + a2 * square) * noise[0] + self._drift * abs(trans) / 2
-        rot2 += math.sqrt(a1 * rot2**2 + a2 * square) * noise[1] + self._drift * abs(trans) / 2
-        trans = trans * self._scale + math.sqrt(a3 * square + a4 * (rot1**2 + rot2**2)) * noise[2]
+        # A step aside or backwards is no turn: only turns of the body disturb the heading.
+        drift = self._drift * trans / 2
+        rot1 = math.sqrt(a2 * square) * noise[0] + drift
+        rot2 = turn + math.sqrt(a1 * turn**2 + a2 * square) * noise[1] + drift
+        trans = trans * self._scale + math.sqrt(a3 * square + a4 * turn**2) * noise[2]
+        direction = math.atan2(left, forward)
         heading = self.pose.heading + rot1
         self.pose = Planar(
-            x=self.pose.x + trans * math.cos(heading),
-            y=self.pose.y + trans * math.sin(heading),
+            x=self.pose.x + trans * math.cos(heading + direction),
+            y=self.pose.y + trans * math.sin(heading + direction),
             z=z,
             heading=heading + rot2,
         )
