@@ -71,7 +71,6 @@ class ExplorationMap(KnownBuilding):
         self.records: list[Record] = []
         self.poses: list[Planar] = []
         self.last_scan: Scan | None = None
-        self.half_view = 0.0
         self.last_detection: Detection | None = None
         self.on_frame: Callable[[View, Transform, Detection], None] = lambda *_: None
         self.num_detections = 0

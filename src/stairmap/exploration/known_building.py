@@ -66,6 +66,8 @@ class KnownBuilding(ABC):
         Where it stands; ``None`` on stairs, and before it entered the first.
     num_stair_changes
         Grows whenever the stairs change.
+    half_view
+        Half of the width of the camera's view, rad; 0 before it is known.
     """
 
     def __init__(
@@ -76,6 +78,7 @@ class KnownBuilding(ABC):
         self.stairs = StairBook(body.profile, allow_unknown=allow_unknown)
         self.level: Level | None = None
         self.num_stair_changes = 0
+        self.half_view = 0.0
         self._stairs_are_stale = True
         self._searches: dict[int, tuple[tuple[object, ...], LevelSearch]] = {}
         self.tasks_elsewhere: dict[int, tuple[LevelSearch, list[Task]]] = {}
@@ -115,7 +118,7 @@ class KnownBuilding(ABC):
         """Return how often it looked there."""
         return sum(number == level and math.dist(place, other) < SAME_PLACE for number, other in self._looks)
 
-    def was_faced(self, level: Level, place: Float64Array, heading: float) -> bool:  # noqa: ARG002
+    def was_faced(self, level: Level, place: Float64Array, heading: float) -> bool:
         """Tell whether a frame showed a (2,) place of a level from the front, as stairs are detected best.
 
         Parameters

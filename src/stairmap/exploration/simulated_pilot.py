@@ -136,10 +136,7 @@ class SimulatedPilot:
         if room >= step:
             room = self.robot.free_way(step)
             if room < step:
-                beyond = room + self.robot.body.radius + MIN_STEP
-                heading = self._known.pose.heading
-                at = (pose.x + beyond * math.cos(heading), pose.y + beyond * math.sin(heading))
-                self.blocking = np.array([at])
+                self._note_ahead(room)
         if room < step:
             step = math.floor(room / MIN_STEP) * MIN_STEP
             if step <= 0:
@@ -148,12 +145,20 @@ class SimulatedPilot:
                 return Progress(state="failed", reason="something stands in the way")
         if not self.robot.drive(step):
             self._known.believe(self.robot.odometry.pose)
+            self._note_ahead(0.0)
             return Progress(state="failed", reason="ran into something")
         self._since_distance += step
         self._known.believe(self.robot.odometry.pose)
         if self._since_distance >= 0.95 * FRAME_DISTANCE:
             self._take()
         return RUNNING
+
+    def _note_ahead(self, room: float) -> None:
+        """Note that something stands ahead beyond the room that is left, m."""
+        pose = self._known.pose
+        beyond = room + self.robot.body.radius + MIN_STEP
+        at = (pose.x + beyond * math.cos(pose.heading), pose.y + beyond * math.sin(pose.heading))
+        self.blocking = np.array([at])
 
     def _turn_on_way(self, error: float) -> Progress:
         part = float(np.clip(error, -self._frame_angle, self._frame_angle))

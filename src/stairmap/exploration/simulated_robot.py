@@ -130,8 +130,11 @@ class SimulatedRobot:
         distances = np.arange(1, num + 1) * forward / num
         places = self.pose.place + distances[:, None] * self.pose.forward
         blocked = self.world.are_blocked(places, self.body)
+        last = self.pose.place
         for index, place in enumerate(places):
-            if blocked[index] or self.world.support(place, self.body.radius)[0] < SAFE_SUPPORT:
+            is_free = not blocked[index] and self.world.can_pass(last, place, self.body)
+            last = place
+            if not is_free or self.world.support(place, self.body.radius)[0] < SAFE_SUPPORT:
                 self.counters.sensor_stops += 1
                 return float(distances[index] - forward / num)
         return forward
