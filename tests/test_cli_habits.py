@@ -40,6 +40,8 @@ def test_completion_can_be_shown_and_installed() -> None:
     result = subprocess.run(
         [sys.executable, "-m", "stairmap", "--show-completion", "bash"],
         capture_output=True, text=True, check=False,
+        # Tests may run without a shell above them.
+        env={**os.environ, "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"},
     )  # fmt: skip
     assert "stairmap" in result.stdout + result.stderr
 

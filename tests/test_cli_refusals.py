@@ -76,7 +76,10 @@ CASES = {
     "other image size": (lambda folder: change_camera(folder, width=640), ("640x240", "320x240")),
     "zero focal length": (lambda folder: change_camera(folder, fx=0), ("camera.json", "fx")),
     "negative focal length": (lambda folder: change_camera(folder, fy=-262.5), ("camera.json", "fy")),
-    "focal length not finite": (lambda folder: change_camera(folder, fx=float("inf")), ("camera.json", "Infinity")),
+    "focal length not finite": (
+        lambda folder: change_camera(folder, fx=float("inf")),
+        ("camera.json", "Infinity"),
+    ),
     "no depth scale": (lambda folder: change_camera(folder, depth_scale=None), ("depth_scale", "1000")),
     "depth in another unit": (
         lambda folder: change_camera(folder, depth_scale=1),
