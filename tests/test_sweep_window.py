@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from stairmap.sweep import Sweep, in_sensor, straightened
-from stairmap.sweep_window import MAX_LOOKS, MAX_RANGE, MIN_SWEEPS, SweepWindow, WindowGatherer, nearby
+from stairmap.sweep_window import (
+    MAX_FAR,
+    MAX_LOOKS,
+    MAX_RANGE,
+    MIN_SWEEPS,
+    SweepWindow,
+    WindowGatherer,
+    near_and_far,
+)
 from stairmap.trajectory import Trajectory
 from stairmap.transforms import invert_transform, rotation_from_vector, transform_from_parts, transform_points
 
@@ -125,13 +133,15 @@ def test_sweeps_without_a_pose_are_left_out() -> None:
     assert gatherer.finish() is None
 
 
-def test_far_points_and_more_than_a_window_holds_are_left_out_evenly() -> None:
+def test_far_points_are_told_apart_and_more_than_a_window_holds_are_left_out_evenly() -> None:
     points = np.zeros((100_000, 3), dtype=np.float32)
     points[:, 0] = np.linspace(0.1, 2 * MAX_RANGE, len(points))
-    kept = nearby(Sweep(stamp_ns=0, points=points, offsets_ns=np.arange(len(points))))
-    assert kept.points[:, 0].max() < MAX_RANGE
-    assert 20_000 < len(kept) <= 40_000
-    np.testing.assert_array_equal(kept.points, points[kept.offsets_ns])
+    near, far = near_and_far(Sweep(stamp_ns=0, points=points, offsets_ns=np.arange(len(points))))
+    assert near.points[:, 0].max() < MAX_RANGE <= far.points[:, 0].min()
+    assert 20_000 < len(near) <= 40_000
+    assert len(far) == MAX_FAR
+    for kept in (near, far):
+        np.testing.assert_array_equal(kept.points, points[kept.offsets_ns])
 
 
 def test_a_point_without_a_pose_at_its_time_is_left_out() -> None:

@@ -59,6 +59,7 @@ class PlaneMap:
         self._keys: IntArray = np.zeros(0, dtype=np.int64)
         self._sums: Float64Array = np.zeros((0, 10))
         self._planes: tuple[Points, Points, Mask] | None = None
+        self._thickness: Float64Array = np.zeros(0)
 
     def add(self, points: Points) -> None:
         """Take in (N, 3) points, m."""
@@ -91,12 +92,21 @@ class PlaneMap:
             normals[chosen] = normal
             is_plane = np.zeros(len(self._keys), dtype=bool)
             is_plane[chosen] = is_flat
+            self._thickness = std[is_flat, 0]
             self._planes = anchors, normals, is_plane
         return self._planes
 
     def weights(self) -> Float64Array:
         """Return the (K,) number of points of each cube."""
         return np.asarray(self._sums[:, 0])
+
+    def noise(self) -> float | None:
+        """Return the median thickness of the planes, as a standard deviation, m: the noise of a point.
+
+        ``None`` without planes.
+        """
+        self.planes()
+        return float(np.median(self._thickness)) if len(self._thickness) else None
 
     def align(self, points: Points, middle: Points) -> Transform:
         """Return the (4, 4) small motion that puts (N, 3) points onto the planes.

@@ -100,9 +100,15 @@ class SweepSession:
 
 def detect_in_window(window: SweepWindow, config: Config) -> Detection:
     """Detect the stairs in a window, in its sensor's frame; heights without a tread in view by sightlines."""
-    detection = detect_points(window.points, up=window.up, config=config, stamp_ns=window.stamp_ns)
+    detection = detect_points(
+        window.points, up=window.up, noise=window.noise, config=config, stamp_ns=window.stamp_ns
+    )
+    if not detection:
+        return detection
+    ends = np.concatenate([window.points, window.far_points])
+    view_index = np.concatenate([window.view_index, window.far_view_index])
     refined = tuple(
-        refined_by_sightlines(observation, window.points, window.viewpoints, window.view_index)
+        refined_by_sightlines(observation, ends, window.viewpoints, view_index)
         for observation in detection.observations
     )
     return replace(detection, observations=refined)

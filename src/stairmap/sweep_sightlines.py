@@ -40,6 +40,9 @@ REACH = 0.45
 SIDE_MARGIN = 0.08
 """Beams that pass nearer to the ends of the nosing, m, are left out."""
 
+SIDE_REACH = 1.0
+"""Beams that end farther beside the nosing, m, are left out."""
+
 MIN_BEAMS = 8
 """Fewest beams of each kind."""
 
@@ -92,11 +95,12 @@ def refined_by_sightlines(
         axes=np.array([observation.forward, cross(observation.up, observation.forward), observation.up]),
     )
     edges = [(edge, frame.of(edge.nosing)) for edge in observation.edges]
-    local, eyes = frame.of(points), frame.of(viewpoints)[view_index]
     low_t = float(np.median([nosing[1, 1] for _, nosing in edges])) + SIDE_MARGIN
     high_t = float(np.median([nosing[0, 1] for _, nosing in edges])) - SIDE_MARGIN
-    near = (local[:, 1] > low_t - 1.0) & (local[:, 1] < high_t + 1.0)
-    local, eyes = local[near], eyes[near]
+    # First the one axis that leaves most points out.
+    t = points @ frame.axes[1] - observation.origin @ frame.axes[1]
+    near = np.flatnonzero((t > low_t - SIDE_REACH) & (t < high_t + SIDE_REACH))
+    local, eyes = frame.of(points[near]), frame.of(viewpoints)[view_index[near]]
     heights = np.array([nosing[:, 2].mean() for _, nosing in edges])
     stds = np.array([_stated(edge) for edge, _ in edges])
     for row, (_, nosing) in enumerate(edges):

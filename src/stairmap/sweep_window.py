@@ -31,13 +31,17 @@ MAX_BREAK_NS = 500_000_000
 """Sweeps farther apart, nanoseconds, do not belong to one window."""
 
 MAX_RANGE = 6.0
-"""Points farther from the LiDAR are left out, m: beyond, a step has some tens of points."""
+"""Points farther from the LiDAR are not searched for steps, m: beyond, a step has some tens of points. That a
+beam went on beyond the steps still tells how high they are."""
 
 MAX_HEIGHT = 4.0
 """Points so far above or below the LiDAR are left out, m: a storey and a little."""
 
 MAX_POINTS = 40_000
 """Most points of a sweep that are kept, evenly taken: a window of ten holds 10 MB."""
+
+MAX_FAR = 10_000
+"""Most points beyond ``MAX_RANGE`` of a sweep that are kept."""
 
 MIN_SWEEPS = 3
 """A window of fewer sweeps, as a recording may end with, is not looked at."""
@@ -78,8 +82,12 @@ class SweepWindow:
         (V, 3) where the LiDAR was in each sweep, m, sensor frame.
     view_index
         (N,) the viewpoint that each point was measured from.
+    far_points, far_view_index
+        The same of points beyond ``MAX_RANGE``.
     up
         (3,) unit vector opposite to gravity in it, by the poses and the floor.
+    noise
+        Standard deviation of a point from its plane, m; ``None`` where no planes tell.
     is_seen_before
         Whether the LiDAR stood here in three windows already.
     """
@@ -89,13 +97,17 @@ class SweepWindow:
     points: Points
     viewpoints: Points
     view_index: IntArray
+    far_points: Points
+    far_view_index: IntArray
     up: Vector
+    noise: float | None = None
     is_seen_before: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("map_from_sensor", "points", "viewpoints", "up"):
+        for name in ("map_from_sensor", "points", "viewpoints", "far_points", "up"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
-        object.__setattr__(self, "view_index", readonly(self.view_index, np.int64))
+        for name in ("view_index", "far_view_index"):
+            object.__setattr__(self, name, readonly(getattr(self, name), np.int64))
 
     @property
     def num_sweeps(self) -> int:
@@ -110,6 +122,7 @@ class _Gathered:
     stamp_ns: int
     map_from_sensor: Transform
     points: Points
+    far_points: Points
     viewpoint: Vector
 
 
@@ -138,15 +151,18 @@ class WindowGatherer:
         if not trajectory.has_pose(np.array([sweep.stamp_ns]), max_gap_ns=MAX_POSE_GAP_NS)[0]:
             return window
         pose = trajectory.pose_at(sweep.stamp_ns, max_gap_ns=MAX_POSE_GAP_NS)
-        points, _ = straightened(nearby(sweep), trajectory, max_gap_ns=MAX_POSE_GAP_NS)
+        near, far = near_and_far(sweep)
+        points, _ = straightened(near, trajectory, max_gap_ns=MAX_POSE_GAP_NS)
         points = points[np.abs(points[:, 2] - pose[2, 3]) < MAX_HEIGHT]
         correction = self._planes.align(points, pose[:3, 3]) if self._sweeps else np.eye(4)
         points = transform_points(correction, points)
         self._planes.add(points)
+        far_points, _ = straightened(far, trajectory, max_gap_ns=MAX_POSE_GAP_NS)
+        far_points = transform_points(correction, far_points)
         self._corrections.append(correction)
         # A sweep of a tenth of a second is seen from where the LiDAR is in its middle.
         viewpoint = transform_points(correction, _middle_place(sweep, trajectory, pose))
-        self._sweeps.append(_Gathered(sweep.stamp_ns, pose, points, viewpoint))
+        self._sweeps.append(_Gathered(sweep.stamp_ns, pose, points, far_points, viewpoint))
         return window or (self.finish() if self._is_full() else None)
 
     def finish(self) -> SweepWindow | None:
@@ -159,17 +175,23 @@ class WindowGatherer:
         # The first sweep's pose is no better than the others': by their mean the window lies in the map.
         shared = invert_transform(_mean_transform(np.array(corrections)))
         sensor_from_map = invert_transform(middle.map_from_sensor)
+        window_from_gathered = sensor_from_map @ shared
         points = np.concatenate([sweep.points for sweep in sweeps])
+        far_points = np.concatenate([sweep.far_points for sweep in sweeps])
+        number = np.arange(len(sweeps))
         up_in_map = shared[:3, :3] @ find_up(planes, shared[:3, :3].T[:, 2])
         return SweepWindow(
             stamp_ns=middle.stamp_ns,
             map_from_sensor=middle.map_from_sensor,
-            points=transform_points(sensor_from_map @ shared, points),
+            points=transform_points(window_from_gathered, points),
             viewpoints=transform_points(
-                sensor_from_map @ shared, np.array([sweep.viewpoint for sweep in sweeps])
+                window_from_gathered, np.array([sweep.viewpoint for sweep in sweeps])
             ),
-            view_index=np.repeat(np.arange(len(sweeps)), [len(sweep.points) for sweep in sweeps]),
+            view_index=np.repeat(number, [len(sweep.points) for sweep in sweeps]),
+            far_points=transform_points(window_from_gathered, far_points),
+            far_view_index=np.repeat(number, [len(sweep.far_points) for sweep in sweeps]),
             up=normalized(sensor_from_map[:3, :3] @ up_in_map),
+            noise=planes.noise(),
             is_seen_before=self._is_seen_before(middle.map_from_sensor),
         )
 
@@ -191,13 +213,19 @@ class WindowGatherer:
         return False
 
 
-def nearby(sweep: Sweep) -> Sweep:
-    """Return a sweep with the points that windows keep: within ``MAX_RANGE``, at most ``MAX_POINTS``."""
-    square = np.einsum("ij,ij->i", sweep.points, sweep.points)
-    kept = np.flatnonzero(square < MAX_RANGE**2)
-    kept = kept[evenly(len(kept), MAX_POINTS)]
-    offsets = None if sweep.offsets_ns is None else sweep.offsets_ns[kept]
-    return Sweep(stamp_ns=sweep.stamp_ns, points=sweep.points[kept], offsets_ns=offsets)
+def near_and_far(sweep: Sweep) -> tuple[Sweep, Sweep]:
+    """Return the points within ``MAX_RANGE``, at most ``MAX_POINTS``, and the others, at most ``MAX_FAR``."""
+    is_near = np.einsum("ij,ij->i", sweep.points, sweep.points) < MAX_RANGE**2
+    return _some_of(sweep, np.flatnonzero(is_near), MAX_POINTS), _some_of(
+        sweep, np.flatnonzero(~is_near), MAX_FAR
+    )
+
+
+def _some_of(sweep: Sweep, chosen: IntArray, max_num: int) -> Sweep:
+    """A sweep of at most so many of some points."""
+    chosen = chosen[evenly(len(chosen), max_num)]
+    offsets = None if sweep.offsets_ns is None else sweep.offsets_ns[chosen]
+    return Sweep(stamp_ns=sweep.stamp_ns, points=sweep.points[chosen], offsets_ns=offsets)
 
 
 def find_up(planes: PlaneMap, up: Vector) -> Vector:

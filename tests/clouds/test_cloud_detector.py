@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sampled_clouds import sampled_scene
-from stairmap.clouds.detector import detect_points
+from stairmap.clouds.axes import StairAxes
+from stairmap.clouds.detector import detect_flights, detect_points
+from stairmap.clouds.flight import lies_on
+from stairmap.clouds.judgement import alternation, judge
+from stairmap.clouds.section import EXTENSION, fit_section
+from stairmap.config import Config
+from stairmap.detection.profile import StairProfile
 from stairmap.transforms import rotation_from_vector
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -79,3 +87,70 @@ def test_few_points_are_refused_with_the_reason() -> None:
 
 def test_equal_points_are_no_stairs() -> None:
     assert not detect_points(np.ones((500, 3)), up=UP)
+
+
+def test_steps_of_which_every_second_was_seen_are_refused() -> None:
+    points, _ = sampled_scene("free_standing")
+    (flight,), _ = detect_flights(points.astype(np.float32), noise=0.003, config=Config())
+    risers, treads = flight.section.risers, flight.section.treads
+    hidden = np.arange(len(risers.cover)) % 2 == 1
+    section = replace(
+        flight.section,
+        risers=replace(risers, cover=np.where(hidden, 0.0, risers.cover)),
+        treads=replace(treads, cover=np.where(np.append(False, hidden), 0.0, treads.cover)),
+    )
+    rules = [
+        {item.rule for item in judge(some, flight.sides, flight.points, 0.003, Config())[1]}
+        for some in (flight.section, section)
+    ]
+
+    assert rules[0] == set()
+    assert "max_alternation" in rules[1]
+
+
+def test_a_flight_is_followed_from_two_of_its_steps_to_both_ends() -> None:
+    points, (truth,) = sampled_scene("free_standing")
+    first = truth.edges().mean(axis=1)[0]
+    profile = StairProfile(distance=0.0, height=0.0, run=truth.run, rise=truth.rise, num_steps=2)
+
+    section = fit_section(points, StairAxes(origin=first, heading=truth.heading), profile, (-0.4, 0.4), 0.003)
+
+    assert section is not None
+    assert section.profile.num_steps == truth.num_risers > 2 + EXTENSION
+
+
+def test_where_every_second_step_is_missing_the_lattice_is_half_of_one() -> None:
+    assert alternation(np.array([True, False, True, False, True])) == 1.0
+    assert alternation(np.array([True, True, False, True, True, True])) < 0.4
+    assert alternation(np.array([True])) == 0.0
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 35.0])
+def test_two_lattices_on_the_same_steps_are_one_flight(turn_deg: float) -> None:
+    points, _ = sampled_scene("wide")
+    (flight,), _ = detect_flights(points.astype(np.float32), noise=0.003, config=Config())
+    axes, profile = flight.section.axes, flight.section.profile
+    turn = np.radians(turn_deg)
+    # Aslant over the same treads: the same rise, a longer run.
+    start = np.array([profile.distance, flight.sides.middle - 0.4, profile.height])
+    aslant = replace(
+        flight,
+        section=replace(
+            flight.section,
+            axes=StairAxes(origin=axes.to_cloud(start[None])[0], heading=axes.heading + turn),
+            profile=StairProfile(
+                distance=0.0, height=0.0, run=profile.run / np.cos(turn), rise=profile.rise, num_steps=4
+            ),
+        ),
+        sides=replace(flight.sides, right=-0.3, left=0.3),
+    )
+    above = replace(
+        aslant,
+        section=replace(
+            aslant.section,
+            axes=replace(aslant.section.axes, origin=aslant.section.axes.origin + 2.0 * UP),
+        ),
+    )
+
+    assert lies_on(aslant, flight)
+    assert not lies_on(above, flight)

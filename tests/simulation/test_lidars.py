@@ -96,9 +96,22 @@ def test_returns_are_counted_on_risers_and_treads_only() -> None:
     beside, inside, floor = [0.5, flight.width, 0.0], [flight.run * 2.5, 0.0, 0.2], [-0.2, 0.0, 0.0]
     local = np.array([tread, riser, beside, inside, floor])
     points = local @ flight.map_from_flight[:3, :3].T + flight.base
-    counts = count_returns(flight, points)
+    before = flight.base - 2.0 * flight.forward + [0.0, 0.0, 1.5]
+    counts = count_returns(flight, points, before)
     assert counts[1] == counts[2] == 1
     assert counts.sum() == 2
+    # From below a tread's underside is seen, and from behind a riser's back.
+    assert count_returns(flight, points, before - [0.0, 0.0, 1.4]).tolist()[1:3] == [0, 1]
+    behind = flight.base + 5.0 * flight.forward + [0.0, 0.0, 1.5]
+    assert count_returns(flight, points, behind).tolist()[1:3] == [1, 0]
+
+
+def test_the_face_beside_a_flight_is_no_return_of_its_steps() -> None:
+    (stairway,) = make_scene("free_standing", 0).stairways
+    (flight,) = stairway.flights
+    side = [1.5 * flight.run, 0.5 * flight.width - 1e-9, 2 * flight.rise]
+    point = np.array([side]) @ flight.map_from_flight[:3, :3].T + flight.base
+    assert not count_returns(flight, point, flight.base + np.array([0.0, 0.0, 1.5])).any()
 
 
 def test_a_flight_can_be_found_when_three_steps_gave_returns_from_near_by() -> None:
@@ -107,7 +120,7 @@ def test_a_flight_can_be_found_when_three_steps_gave_returns_from_near_by() -> N
     counter = ReturnCounter([flight])
     treads = np.array([[(k + 0.5) * flight.run, 0.0, (k + 1) * flight.rise] for k in range(3)])
     points = np.repeat(treads, MIN_RETURNS, axis=0) @ flight.map_from_flight[:3, :3].T + flight.base
-    counter.add(points, flight.base - 3.0 * flight.forward)
+    counter.add(points, flight.base - 3.0 * flight.forward + [0.0, 0.0, 1.5])
     (returns,) = counter.result()
     assert returns.can_be_found(4.0)
     assert not returns.can_be_found(2.0)

@@ -8,10 +8,10 @@ from stairmap.arrays import Float32Array, Float64Array, Points, Vector
 from stairmap.clouds.axes import StairAxes
 from stairmap.clouds.candidates import Candidate, find_candidates
 from stairmap.clouds.edges import find_edge_cells
-from stairmap.clouds.flight import CloudFlight, lies_on, observation_from_flight
-from stairmap.clouds.judgement import find_rejections
+from stairmap.clouds.flight import CloudFlight, is_part_of, lies_on, observation_from_flight
+from stairmap.clouds.judgement import judge
 from stairmap.clouds.noise import estimate_noise
-from stairmap.clouds.section import Section, fit_section
+from stairmap.clouds.section import EXTENSION, Section, fit_section
 from stairmap.clouds.sides import StepSides, find_sides
 from stairmap.clouds.thinning import ThinnedCloud
 from stairmap.clouds.tops import Columns, find_tops, sort_into_columns
@@ -104,17 +104,23 @@ def detect_flights(
     for candidate in sorted(candidates, key=lambda item: -item.score):
         if candidate.score < MIN_SCORE:
             break
+        if any(is_part_of(candidate, flight) for flight in flights):
+            continue
         measured = measure_candidate(columns, candidate, noise)
         if measured is None:
             continue
         section, sides, around = measured
-        if any(lies_on(section, sides, flight) for flight in flights):
+        support, rejections = judge(section, sides, around, noise, config)
+        found = CloudFlight(section=section, sides=sides, points=around, num_on=support.num_on)
+        if any(lies_on(found, flight) and found.num_on <= flight.num_on for flight in flights):
             continue
-        rejections = find_rejections(section, sides, around, noise, config)
         if rejections:
             refused += rejections
-        else:
-            flights.append(CloudFlight(section=section, sides=sides, points=around))
+            continue
+        flights = [
+            flight for flight in flights if not (lies_on(flight, found) and flight.num_on < found.num_on)
+        ]
+        flights.append(found)
     return flights, refused
 
 
@@ -122,22 +128,17 @@ def measure_candidate(
     columns: Columns, candidate: Candidate, noise: float
 ) -> tuple[Section, StepSides, Float64Array] | None:
     """Measure a candidate's section, then its sides, then the section over the whole width."""
-    length = max(candidate.num_nosings - 1, 1) * candidate.run
-    forward = np.array([np.cos(candidate.heading), np.sin(candidate.heading)])
-    center = candidate.origin[:2] + 0.5 * length * forward
-    radius = 0.5 * float(np.hypot(length, candidate.width)) + MARGIN + 2 * candidate.run
-    around = columns.within(center, radius).astype(np.float64)
-    slope = candidate.rise / candidate.run
-    offset = around - candidate.origin
-    over = offset[:, 2] - slope * (offset[:, :2] @ forward)
-    around = around[(over > -2.5 * candidate.rise) & (over < 1.2)]
-    half = 0.5 * INNER_SHARE * candidate.width
+    axes = StairAxes(origin=candidate.origin, heading=candidate.heading)
     profile = StairProfile(
         distance=0.0, height=0.0, run=candidate.run, rise=candidate.rise, num_steps=candidate.num_nosings
     )
-    section = fit_section(
-        around, StairAxes(origin=candidate.origin, heading=candidate.heading), profile, (-half, half), noise
-    )
+    around = points_around(columns, axes, profile, candidate.width)
+    half = 0.5 * INNER_SHARE * candidate.width
+    section = fit_section(around, axes, profile, (-half, half), noise)
+    if section is not None and section.profile.num_steps > candidate.num_nosings:
+        # It goes on: there may be more of it than was looked at.
+        around = points_around(columns, section.axes, section.profile, candidate.width)
+        section = fit_section(around, section.axes, section.profile, (-half, half), noise)
     if section is None:
         return None
     sides = find_sides(around, section, noise)
@@ -150,3 +151,15 @@ def measure_candidate(
             section = again
             sides = find_sides(around, section, noise)
     return section, sides, around
+
+
+def points_around(columns: Columns, axes: StairAxes, profile: StairProfile, width: float) -> Float64Array:
+    """Return the (N, 3) points about a flight of some width, m, that may be of it or stand on it."""
+    length = max(profile.num_steps - 1, 1) * profile.run
+    start = axes.to_cloud(np.array([profile.distance, 0.0, profile.height]))
+    center = start[:2] + 0.5 * length * axes.forward[:2]
+    radius = 0.5 * float(np.hypot(length, width)) + MARGIN + EXTENSION * profile.run
+    around = columns.within(center, radius).astype(np.float64)
+    offset = around - start
+    over = offset[:, 2] - profile.rise / profile.run * (offset @ axes.forward)
+    return np.asarray(around[(over > -2.5 * profile.rise) & (over < 1.2)])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import Float64Array, Points, Vector
+from stairmap.clouds.candidates import Candidate
 from stairmap.clouds.section import Section
 from stairmap.clouds.sides import StepSides
 from stairmap.detection.observation import StairEdge, StairObservation
@@ -17,8 +18,11 @@ TILT_STD = 1e-3
 OVERLAP_SHARE = 0.5
 """A flight most of whose nosings lie on one that was accepted before is the same."""
 
-MAX_TURN = np.radians(30.0)
-"""Two flights in one place that head more than this apart are two, rad."""
+MAX_TURN = np.radians(25.0)
+"""Lattices in one place that head less than this apart share their line of nosings, rad."""
+
+MAX_OFF_TREAD = 0.3
+"""Treads that two lattices share lie within this share of the rise of each other upward."""
 
 MAX_OFF_LINE = 0.25
 """Nosings of the same flight lie within this of its line of nosings upward, m."""
@@ -39,12 +43,15 @@ class CloudFlight:
     section, sides
         Its section and its ends.
     points
-        (N, 3) some of the points on it, m.
+        (N, 3) points about it, m.
+    num_on
+        How many of these lie on its steps.
     """
 
     section: Section
     sides: StepSides
     points: Points
+    num_on: int
 
 
 def nosing_middles(section: Section, sides: StepSides) -> Points:
@@ -57,24 +64,51 @@ def nosing_middles(section: Section, sides: StepSides) -> Points:
     )
 
 
-def lies_on(section: Section, sides: StepSides, flight: CloudFlight) -> bool:
-    """Whether most nosings of a section lie on those of a flight."""
-    middles = nosing_middles(section, sides)
-    local = flight.section.axes.from_cloud(middles)
-    profile = flight.section.profile
-    turn = section.axes.heading - flight.section.axes.heading
-    if np.cos(turn) < np.cos(MAX_TURN):
+def lies_on(one: CloudFlight, other: CloudFlight) -> bool:
+    """Whether most steps of a flight lie on those of another: of two lattices on the same steps one is wrong.
+
+    Another lattice that heads nearly as the other does has its nosings near the other's line of nosings; one
+    that runs across the steps aslant has its treads at the height of the other's.
+    """
+    section, profile = one.section, other.section.profile
+    turn = section.axes.heading - other.section.axes.heading
+    if np.cos(turn) <= 0.0:
         return False
+    middles = nosing_middles(section, one.sides)
+    is_aslant = np.cos(turn) < np.cos(MAX_TURN)
+    if is_aslant:
+        middles = middles + 0.5 * section.profile.run * section.axes.forward
+    local = other.section.axes.from_cloud(middles)
     index = (local[:, 0] - profile.distance) / profile.run
-    off_line = local[:, 2] - profile.height - index * profile.rise
     on = (
         (index > -1.5)
         & (index < profile.num_steps + 0.5)
-        & (np.abs(off_line) < MAX_OFF_LINE)
-        & (local[:, 1] > flight.sides.right)
-        & (local[:, 1] < flight.sides.left)
+        & (local[:, 1] > other.sides.right)
+        & (local[:, 1] < other.sides.left)
     )
+    if is_aslant:
+        off_tread = local[:, 2] - profile.height - np.floor(index) * profile.rise
+        on &= np.abs(off_tread) < MAX_OFF_TREAD * profile.rise
+    else:
+        off_line = local[:, 2] - profile.height - index * profile.rise
+        on &= np.abs(off_line) < MAX_OFF_LINE
     return bool(np.count_nonzero(on) > OVERLAP_SHARE * len(on))
+
+
+def is_part_of(candidate: Candidate, flight: CloudFlight) -> bool:
+    """Whether a lattice is but some nosings of a flight, not worth measuring again."""
+    profile = flight.section.profile
+    if np.cos(candidate.heading - flight.section.axes.heading) < np.cos(MAX_TURN):
+        return False
+    heading = np.array([np.cos(candidate.heading), np.sin(candidate.heading), 0.0])
+    step = candidate.run * heading + [0.0, 0.0, candidate.rise]
+    middles = candidate.origin + np.arange(candidate.num_nosings)[:, None] * step
+    local = flight.section.axes.from_cloud(middles)
+    index = (local[:, 0] - profile.distance) / profile.run
+    off_line = local[:, 2] - profile.height - index * profile.rise
+    on = (index > -0.5) & (index < profile.num_steps - 0.5) & (np.abs(off_line) < 0.5 * profile.rise)
+    on &= (local[:, 1] > flight.sides.right) & (local[:, 1] < flight.sides.left)
+    return bool(on.all())
 
 
 def observation_from_flight(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stairmap.arrays import Float64Array
-from stairmap.clouds.surfaces import BIN, RISER_WINDOW, SEARCH_DISTANCE, StepLattice, Strip
+from stairmap.clouds.surfaces import BIN, SEARCH_DISTANCE, StepLattice, Strip
 
 MAX_TURN = np.radians(20.0)
 """Farther than this a candidate's heading is not corrected in one round, rad."""
@@ -50,7 +50,7 @@ def _riser_rows(strip: Strip, lattice: StepLattice, num_steps: int) -> list[Floa
     reach = SEARCH_DISTANCE * lattice.run
     for k in range(num_steps):
         s, below = float(lattice.nosing(k)), float(lattice.level(k - 1))
-        up = (below + RISER_WINDOW[0] * lattice.rise, below + RISER_WINDOW[1] * lattice.rise)
+        up = strip.riser_band(below, lattice.rise)
         inside = strip.box((s - reach, s + reach), up)
         if len(inside) >= MIN_RISER_POINTS and np.ptp(inside[:, 1]) > MIN_RISER_LENGTH:
             rows.append(np.column_stack([inside[:, 0] - np.median(inside[:, 0]), inside[:, 1]]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stairmap.arrays import Float64Array
+from stairmap.arrays import Float64Array, Mask
 from stairmap.clouds.section import Section
 from stairmap.clouds.sides import StepSides
 from stairmap.clouds.surfaces import CORE
@@ -16,6 +16,10 @@ from stairmap.detection.profile import StairProfile
 
 MIN_SEEN_SHARE = 0.6
 """Share of the steps from the lowest to the highest that must have been seen."""
+
+MAX_ALTERNATION = 0.7
+"""Where more of every second step was seen than of those between, by more than this share, those between are
+not there."""
 
 MIN_TREAD_DEPTH, MIN_SURFACE_SHARE = 0.015, 0.4
 """In this share of the steps a tread reaches over more depth than this, m, in half of its pieces across, or
@@ -76,10 +80,10 @@ class Support:
     flatness: float
 
 
-def find_rejections(
+def judge(
     section: Section, sides: StepSides, points: Float64Array, noise: float, config: Config
-) -> tuple[Rejection, ...]:
-    """Return all the rules that a measured flight breaks; none when it is one.
+) -> tuple[Support, tuple[Rejection, ...]]:
+    """Return how points lie on a measured flight, and all the rules that it breaks; none when it is one.
 
     Parameters
     ----------
@@ -102,6 +106,7 @@ def find_rejections(
 
     check("min_steps", float(np.count_nonzero(seen)), config.detection.min_steps, "1")
     check("min_seen_share", float(seen.mean()), MIN_SEEN_SHARE, "1")
+    check("max_alternation", alternation(seen), MAX_ALTERNATION, "1", is_least=False)
     has_surface = section.risers.is_seen | (
         section.treads.is_seen[1:] & (section.treads.extent[1:] > MIN_TREAD_DEPTH)
     )
@@ -121,7 +126,7 @@ def find_rejections(
     check("min_on_profile", support.on_profile, MIN_ON_PROFILE, "1")
     if np.isfinite(support.turn):
         check("max_turn", np.degrees(support.turn), np.degrees(MAX_TURN), "deg", is_least=False)
-    return tuple(found)
+    return support, tuple(found)
 
 
 def irregularity(profile: StairProfile) -> float:
@@ -162,6 +167,15 @@ def measure_support(section: Section, sides: StepSides, points: Float64Array, no
         turns.append(slope)
     turn = _largest_turn(np.array(turns))
     return Support(on_profile=share, num_on=int(np.count_nonzero(on)), turn=turn, flatness=flatness)
+
+
+def alternation(seen: Mask) -> float:
+    """How much more of every second step was seen than of those between: 1 where a lattice is half of one.
+
+    Rows of seats have every second edge and tread of a lattice of half their rise and run.
+    """
+    even, odd = seen[::2], seen[1::2]
+    return float(abs(even.mean() - odd.mean())) if len(odd) else 0.0
 
 
 def _slope(s: Float64Array, t: Float64Array) -> tuple[float, float]:

@@ -14,13 +14,14 @@ from stairmap.arrays import Float64Array, Mask
 from stairmap.clouds.axes import StairAxes
 from stairmap.clouds.heading import find_turn
 from stairmap.clouds.line_fit import IRREGULARITY, MAX_CHANGE, fit_line
+from stairmap.clouds.surface_ends import measure_fronts, measure_riser_tops
 from stairmap.clouds.surfaces import (
     BIN,
+    MAX_OVERHANG_NOISE,
     StepLattice,
     Strip,
     Surfaces,
     goes_on,
-    measure_fronts,
     measure_risers,
     measure_treads,
 )
@@ -38,14 +39,11 @@ MAX_OVERHANG = 0.08
 MIN_OVERHANG = 0.012
 """A smaller overhang is not told from the blur of the edge, m."""
 
-MAX_OVERHANG_NOISE = 0.006
-"""With more noise than this, m, an overhang is not told from the blur of edges and doubled surfaces."""
-
 NUM_ROUNDS = 3
 """Rounds of measuring and moving the lattice: the first sees half of a blurred tread at worst."""
 
-EXTENSION = 3
-"""Steps beyond those of the candidate that are looked for at either end."""
+EXTENSION, MAX_EXTENSIONS = 3, 10
+"""Steps beyond those known that are looked for at either end, and how often, while there are more."""
 
 MAX_MISSED = 2
 """Steps in a row that may be missing between two that were seen."""
@@ -110,9 +108,10 @@ class Section:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Measured:
-    """Surfaces about a lattice, and the nosings that they make."""
+    """Surfaces about a lattice, and the levels and nosings that they make."""
 
     treads: Surfaces
+    levels: Surfaces
     risers: Surfaces
     fronts: Surfaces
     nosings: Surfaces
@@ -152,16 +151,22 @@ def fit_section(
         turn = find_turn(strip, lattice, profile.num_steps)
         axes = replace(axes, heading=axes.heading + turn)
         strip = Strip.between(axes.from_cloud(points), sides, noise)
-    extended = _extend(strip, lattice, profile.num_steps)
-    if extended is None:
-        return None
-    lattice, num_steps = extended
-    for _ in range(2):
-        measured = _measure(strip, lattice, num_steps)
-        moved = _fit_lattice(lattice, measured)
-        if moved is None:
+    num_steps, measured = profile.num_steps, None
+    for _ in range(MAX_EXTENSIONS):
+        before = num_steps
+        extended = _extend(strip, lattice, num_steps)
+        if extended is None:
             return None
-        lattice = moved
+        lattice, num_steps = extended
+        for _ in range(2):
+            measured = _measure(strip, lattice, num_steps)
+            moved = _fit_lattice(lattice, measured)
+            if moved is None:
+                return None
+            lattice = moved
+        if num_steps <= before:
+            break
+    assert measured is not None
     return _make_section(strip, axes, lattice, measured)
 
 
@@ -217,6 +222,14 @@ def _measure(strip: Strip, lattice: StepLattice, num_steps: int) -> _Measured:
         measure_risers(strip, lattice, index, treads),
         measure_fronts(strip, lattice, index, treads),
     )
+    tops = measure_riser_tops(strip, lattice, index, risers)
+    by_top = np.concatenate([[False], tops.is_seen]) & ~treads.is_seen
+    levels = Surfaces(
+        place=np.where(by_top, np.concatenate([[np.nan], tops.place]), treads.place),
+        std=np.where(by_top, np.concatenate([[np.inf], tops.std]), treads.std),
+        cover=np.where(by_top, np.concatenate([[0.0], tops.cover]), treads.cover),
+        extent=treads.extent,
+    )
     both = risers.is_seen & fronts.is_seen
     overhang, overhang_std = 0.0, float("nan")
     if np.count_nonzero(both) >= 2 and strip.noise < MAX_OVERHANG_NOISE:
@@ -233,6 +246,7 @@ def _measure(strip: Strip, lattice: StepLattice, num_steps: int) -> _Measured:
     )
     return _Measured(
         treads=treads,
+        levels=levels,
         risers=risers,
         fronts=fronts,
         nosings=nosings,
@@ -242,7 +256,7 @@ def _measure(strip: Strip, lattice: StepLattice, num_steps: int) -> _Measured:
 
 
 def _extend(strip: Strip, lattice: StepLattice, num_steps: int) -> tuple[StepLattice, int] | None:
-    """Extend a lattice at both ends, and cut off what was not seen."""
+    """Extend a lattice by a few steps at both ends, and cut off what was not seen."""
     index = np.arange(-EXTENSION, num_steps + EXTENSION)
     treads = measure_treads(strip, lattice, np.append(index[0] - 1, index))
     level = treads.is_seen
@@ -265,7 +279,7 @@ def _extend(strip: Strip, lattice: StepLattice, num_steps: int) -> tuple[StepLat
 
 def _fit_lattice(lattice: StepLattice, measured: _Measured) -> StepLattice | None:
     """Move a lattice to measured treads and nosings; ``None`` where it would become another one."""
-    treads, nosings = measured.treads, measured.nosings
+    treads, nosings = measured.levels, measured.nosings
     level = np.arange(-1, len(treads.place) - 1)
     # The floors at both ends often lie off by their finish: treads alone tell the rise, if they can.
     inner = treads.is_seen & (level >= 0) & (level < len(nosings.place) - 1)
@@ -292,7 +306,7 @@ def _fit_lattice(lattice: StepLattice, measured: _Measured) -> StepLattice | Non
 
 def _find_std(measured: _Measured, width: float) -> SectionStd:
     values = []
-    for surfaces in (measured.treads, measured.nosings):
+    for surfaces in (measured.levels, measured.nosings):
         seen = np.flatnonzero(surfaces.is_seen)
         if len(seen) < 2:
             values += [UNKNOWN_STD, UNKNOWN_STD]

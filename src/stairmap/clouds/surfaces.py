@@ -1,4 +1,4 @@
-"""Measure single treads, risers and front edges of a flight near their places on a lattice.
+"""Measure single treads and risers of a flight near their places on a lattice.
 
 Each surface is a peak of the points in a small window: what else is in the window is not averaged in. A riser
 must end where its tread begins; a wall, which goes on above, is none.
@@ -19,6 +19,13 @@ nosing, behind it that of the next riser."""
 RISER_WINDOW = (0.15, 0.62)
 """A riser is measured between these shares of the rise above the tread below: higher up is the lip of a tread
 that overhangs."""
+
+MAX_OVERHANG_NOISE = 0.006
+"""With more noise than this, m, an overhang is not told from the blur of edges and doubled surfaces. A lip is
+as good as a riser then, and a LiDAR near the floor sees of the upper risers little else."""
+
+TREAD_BLUR = 2.0
+"""So many standard deviations of the noise below a tread, points are of the riser under it."""
 
 SEARCH_HEIGHT, SEARCH_DISTANCE = 0.35, 0.30
 """A tread is sought within this share of the rise of its place, a riser within this share of the run."""
@@ -47,18 +54,6 @@ WALL_SHARE = 0.6
 WALL_HEIGHT = (0.06, 0.40)
 """Between these heights above a tread a wall is looked for, m: below handrails' bars."""
 
-FRONT_REACH = 0.12
-"""A tread's front edge is sought so far before its place, m ..."""
-
-FRONT_END = 0.6
-"""... and to this share of a run behind it."""
-
-FRONT_BIN, MIN_FRONT_BLUR = 0.005, 0.01
-"""Points about an edge are counted in bins of this, smoothed over the noise or the second, m."""
-
-FULL_PERCENTILE = 80
-"""A tread's usual number of points is this percentile: a part of it may be hidden."""
-
 PEAK_BIN = 0.004
 """Points are counted in bins as wide as the noise, or this, m."""
 
@@ -73,9 +68,6 @@ MIN_RISER_HEIGHT = 0.035
 
 MIN_POINTS = 3
 """Fewest points that make a surface."""
-
-MIN_FRONT_POINTS = 10
-"""Fewest points on a tread that tell where it begins."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,6 +98,13 @@ class Strip:
     def core(self) -> float:
         """How far a point on a surface may lie off it, m."""
         return max(CORE * self.noise, MIN_CORE)
+
+    def riser_band(self, below: float, rise: float) -> tuple[float, float]:
+        """Return the heights between which a riser above a level is measured, m."""
+        low, high = RISER_WINDOW
+        if self.noise > MAX_OVERHANG_NOISE:
+            high = max(high, 1.0 - TREAD_BLUR * self.noise / rise)
+        return below + low * rise, below + high * rise
 
     def box(self, along: tuple[float, float], up: tuple[float, float]) -> Float64Array:
         """Return the points between two distances and two heights, m."""
@@ -182,7 +181,7 @@ def measure_treads(strip: Strip, lattice: StepLattice, index: IntArray) -> Surfa
                 min_extent=-1.0,
             )
         )
-    return _stacked(results)
+    return stacked(results)
 
 
 def measure_risers(strip: Strip, lattice: StepLattice, index: IntArray, treads: Surfaces) -> Surfaces:
@@ -196,7 +195,7 @@ def measure_risers(strip: Strip, lattice: StepLattice, index: IntArray, treads: 
     has_tread = treads.is_seen[1:]
     for row, k in enumerate(index.tolist()):
         s, below = float(lattice.nosing(k)), float(lattice.level(k - 1))
-        up = (below + RISER_WINDOW[0] * lattice.rise, below + RISER_WINDOW[1] * lattice.rise)
+        up = strip.riser_band(below, lattice.rise)
         place, std, cover, extent = _find_surface(
             strip, strip.box((s - reach, s + reach), up), axis=0, is_last=False, min_extent=MIN_RISER_HEIGHT
         )
@@ -207,49 +206,7 @@ def measure_risers(strip: Strip, lattice: StepLattice, index: IntArray, treads: 
             if strip.cover(wall) > WALL_SHARE * cover:
                 place, std, cover, extent = np.nan, np.inf, 0.0, 0.0
         results.append((place, std, cover, extent))
-    return _stacked(results)
-
-
-def measure_fronts(strip: Strip, lattice: StepLattice, index: IntArray, treads: Surfaces) -> Surfaces:
-    """Measure where each tread begins: where the points on it reach half of their number behind.
-
-    Noise moves as many points out over an edge as in, so half of them is the edge. Only points above the
-    tread's middle count, for the face under its edge lies lower. ``treads`` begin with level -1.
-    """
-    results = []
-    for row, k in enumerate(index.tolist()):
-        s, z = float(lattice.nosing(k)), float(treads.place[row + 1])
-        z = z if np.isfinite(z) else float(lattice.level(k))
-        along = (s - FRONT_REACH, s + FRONT_END * lattice.run)
-        results.append(_find_front(strip, strip.box(along, (z, z + strip.core)), along))
-    return _stacked(results)
-
-
-def _find_front(
-    strip: Strip, on: Float64Array, along: tuple[float, float]
-) -> tuple[float, float, float, float]:
-    """Place, standard deviation and cover of the front end of points on a tread."""
-    nothing = (float("nan"), float("inf"), 0.0, 0.0)
-    if len(on) < MIN_FRONT_POINTS:
-        return nothing
-    num = int(np.ceil((along[1] - along[0]) / FRONT_BIN))
-    counts = np.bincount(((on[:, 0] - along[0]) / FRONT_BIN).astype(np.int64), minlength=num)[:num]
-    half_width = max(int(np.ceil(max(strip.noise, MIN_FRONT_BLUR) / FRONT_BIN)), 1)
-    kernel = np.full(2 * half_width + 1, 1.0 / (2 * half_width + 1))
-    smooth = np.convolve(counts, kernel, mode="same")
-    plateau = float(np.percentile(smooth, FULL_PERCENTILE))
-    if plateau * len(kernel) < MIN_POINTS:
-        return nothing
-    above = np.flatnonzero(smooth >= 0.5 * plateau)
-    first = int(above[0])
-    if first == 0:
-        # It begins before the window: there is no edge here.
-        return nothing
-    step = smooth[first] - smooth[first - 1]
-    place = along[0] + FRONT_BIN * (first + 0.5 - (smooth[first] - 0.5 * plateau) / max(step, 1e-9))
-    near = np.sqrt(max(plateau * len(kernel), 1.0))
-    std = float(np.hypot(FRONT_BIN * len(kernel) / near, 2 * COMMON_ERROR + 0.3 * strip.noise))
-    return float(place), std, strip.cover(on), 0.0
+    return stacked(results)
 
 
 def goes_on(strip: Strip, along: tuple[float, float], height: float) -> bool:
@@ -305,6 +262,7 @@ def _extent(points: Float64Array, *, is_level: bool) -> float:
     return float(np.median(s[end] - s[begin]))
 
 
-def _stacked(results: list[tuple[float, float, float, float]]) -> Surfaces:
+def stacked(results: list[tuple[float, float, float, float]]) -> Surfaces:
+    """Return surfaces from place, standard deviation, cover and extent of each."""
     place, std, cover, extent = np.array(results, dtype=np.float64).reshape(-1, 4).T
     return Surfaces(place=place, std=std, cover=cover, extent=extent)

@@ -136,7 +136,7 @@ class FinishedMap:
                 measured = reach + self.kind.range_std * random.standard_normal(len(reach))
                 points = station + some[kept] * measured[:, None]
                 returns = tuple(
-                    count_returns(flight, true_points)
+                    count_returns(flight, true_points, station)
                     if _distance(flight, station) < NEAR_FLIGHT
                     else np.zeros(flight.num_risers, dtype=np.int64)
                     for flight in self.flights

@@ -16,6 +16,9 @@ from stairmap.transforms import invert_transform, transform_points
 ON_SURFACE = 0.04
 """A true point so far from a tread or riser at most, m, lies on it: real flights vary from step to step."""
 
+SIDE_MARGIN = 0.005
+"""Points nearer to a flight's sides, m, are of the faces beside it."""
+
 MIN_RETURNS = 30
 """A step with so many returns within the range that is asked for was measured (ours)."""
 
@@ -87,7 +90,7 @@ class ReturnCounter:
         for flight, approaches, returns in zip(self._flights, self._approaches, self._returns, strict=True):
             nosings = np.array([step.nosing for step in flight.steps])
             approaches.append(find_approach(flight, nosings, eye)[:2])
-            returns.append(count_returns(flight, true_points))
+            returns.append(count_returns(flight, true_points, eye))
 
     def result(self) -> tuple[FlightReturns, ...]:
         """Return what each flight gave so far."""
@@ -103,17 +106,17 @@ class ReturnCounter:
         )
 
 
-def count_returns(flight: Flight, points: Points) -> IntArray:
-    """Return (num_risers,) how many of (N, 3) true points lie on each step's riser or tread."""
-    local = transform_points(invert_transform(flight.map_from_flight), points)
+def count_returns(flight: Flight, points: Points, eye: Vector) -> IntArray:
+    """Return (num_risers,) how many of (N, 3) true points, seen from (3,), lie on each step's riser or tread.
+
+    A riser is seen from before it and a tread from above: what a LiDAR under a flight measures of its
+    underside, or one beside it of its string, shows neither.
+    """
+    flight_from_map = invert_transform(flight.map_from_flight)
+    local, (eye_along, _, eye_up) = transform_points(flight_from_map, points), flight_from_map[:3] @ [*eye, 1]
     heights = np.array([step.nosing[:, 2].mean() for step in flight.steps]) - flight.base[2]
-    fronts = np.array(
-        [
-            transform_points(invert_transform(flight.map_from_flight), step.nosing)[:, 0].mean()
-            for step in flight.steps
-        ]
-    )
-    inside = np.abs(local[:, 1]) < 0.5 * flight.width
+    fronts = np.array([transform_points(flight_from_map, step.nosing)[:, 0].mean() for step in flight.steps])
+    inside = np.abs(local[:, 1]) < 0.5 * flight.width - SIDE_MARGIN
     inside &= (local[:, 0] > fronts[0] - flight.run) & (local[:, 0] < fronts[-1] + flight.run)
     local = local[inside]
     counts = np.zeros(len(heights), dtype=np.int64)
@@ -123,6 +126,7 @@ def count_returns(flight: Flight, points: Points) -> IntArray:
         along, up = local[:, 0] - front, local[:, 2]
         on_riser = (np.abs(along) < ON_SURFACE) & (up > lower + ON_SURFACE / 2) & (up < height + ON_SURFACE)
         on_tread = (np.abs(up - height) < ON_SURFACE) & (along >= ON_SURFACE) & (local[:, 0] < back)
-        counts[index] = int(np.count_nonzero(on_riser | on_tread))
+        seen = (on_riser & (eye_along < front)) | (on_tread & (eye_up > height))
+        counts[index] = int(np.count_nonzero(seen))
         lower = height
     return counts
