@@ -223,6 +223,7 @@ def undisturbed(recordings, tmp_path_factory):
     return read_table(folder)
 
 
+@pytest.mark.nightly
 def test_batch_that_was_killed_goes_on(recordings, undisturbed, tmp_path):
     folder = tmp_path / "fleet"
     process = start_batch(recordings, folder)
