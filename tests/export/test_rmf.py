@@ -6,12 +6,14 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 import yaml
 
 from stairmap.errors import OutputError
 from stairmap.export.rmf import dump_rmf, rmf_from_route_graph
 from stairmap.navigation.floors import find_floors
+from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.portals import make_portals
 from stairmap.navigation.robot_profile import load_robot
 from stairmap.navigation.route_graph import make_route_graph
@@ -105,3 +107,37 @@ def test_stairs_of_one_direction_are_lanes_of_one_direction(tmp_path, direction)
 def test_a_robot_that_climbs_nothing_has_no_graph(tmp_path):
     with pytest.raises(OutputError, match="none of 2 stairways can be used by wheeled robot"):
         write(tmp_path, robot="wheeled")
+
+
+def test_floors_are_driven_at_the_floor_speed_and_stairs_at_that_of_stairs(tmp_path):
+    robot = load_robot("spot")
+    stairways = [make_stairway(make_flight(base=(0, y, 0), num_risers=17), stairway_id=1 + y) for y in (0, 4)]
+    portals = make_portals(stairways, find_floors(stairways), robot)
+    grid = OccupancyGrid(cells=np.zeros((150, 150), dtype=np.int8), resolution=0.1, origin=(-5.0, -5.0))
+    graph = rmf_from_route_graph(make_route_graph(portals, robot, {0: grid}), robot, building_name="house")
+    assert graph["building_name"] == "house"
+    lower, upper = graph["levels"]["floor_0"], graph["levels"]["floor_1"]
+    names = [options["name"] for _, _, options in lower["vertices"]]
+    speed_of = {(names[start], names[end]): options["speed_limit"] for start, end, options in lower["lanes"]}
+    pair = ("stairway_1_lower", "stairway_5_lower")
+    assert speed_of[pair] == speed_of[pair[::-1]] == robot.floor_speed
+    assert (
+        sum(speed == robot.floor_speed for speed in (lane[2]["speed_limit"] for lane in lower["lanes"])) == 2
+    )
+    assert {lane[2]["speed_limit"] for lane in upper["lanes"]} == {robot.stair_speed}
+    assert robot.floor_speed != robot.stair_speed
+
+
+def test_a_lift_stands_where_its_waypoints_do_and_heads_up_the_stairs(tmp_path):
+    stairway = make_stairway(make_flight(base=(2.0, 1.0, 0.0), heading=0.5, num_risers=17), stairway_id=7)
+    robot = load_robot("spot")
+    (portal,) = make_portals([stairway], find_floors([stairway]), robot)
+    graph = rmf_from_route_graph(make_route_graph([portal], robot, {}), robot, building_name="house")
+    assert list(graph["lifts"]) == ["stairway_7"]
+    x, y, heading = graph["lifts"]["stairway_7"]["position"]
+    # Halfway along the way, which is as long before the stairs as behind them.
+    assert (x, y) == pytest.approx(tuple(portal.way[[0, -1], :2].mean(axis=0)), abs=0.06)
+    assert heading == pytest.approx(0.5)
+    for level in graph["levels"].values():
+        (cabin,) = [vertex for vertex in level["vertices"] if "lift" in vertex[2]]
+        assert cabin == [pytest.approx(x), pytest.approx(y), {"name": "", "lift": "stairway_7"}]

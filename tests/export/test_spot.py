@@ -111,3 +111,38 @@ def test_without_bosdyn_api_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(builtins, "__import__", refuse)
     with pytest.raises(MissingPackageError, match=r"stairmap\[spot\]"):
         dump_spot([make_stairway()], tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "name"),
+    [(False, False, "NEITHER"), (True, False, "WEST"), (False, True, "EAST"), (True, True, "BOTH")],
+)
+def test_sides_that_were_seen_bound_the_width_of_every_step(tmp_path, left, right, name):
+    flight = make_flight(left_bounded=left, right_bounded=right, width=1.4)
+    (path,) = dump_spot([make_stairway(flight)], tmp_path)
+    staircase = read(path).staircase
+    for width in (staircase.average_width, *(step.width for step in staircase.steps)):
+        value = stairs_pb2.Staircase.Width.BoundedWidth.Name(width.bounded_width)
+        assert value.endswith(name), value
+        assert width.width == pytest.approx(1.4)
+    assert staircase.stair_tform.frame_name == "map"
+
+
+def test_each_flight_of_three_has_the_landings_before_and_behind_it(tmp_path):
+    flights = [make_flight(base=(4.0 * number, 0.0, 1.7 * number)) for number in range(3)]
+    landings = [
+        Landing(center=[4.0 * number + 3.2, 0.0, 1.7 * (number + 1)], size=(1.4, 1.0 + number), heading=0.0)
+        for number in range(2)
+    ]
+    paths = dump_spot([make_stairway(*flights, landings=tuple(landings))], tmp_path)
+    assert [path.name[-11:] for path in paths] == ["flight_1.pb", "flight_2.pb", "flight_3.pb"]
+    extents = [
+        (message.bottom_landing.landing_extent_y, message.top_landing.landing_extent_y)
+        for message in (read(path) for path in paths)
+    ]
+    # Without a landing, ground as wide as the flight.
+    assert extents == [pytest.approx(pair) for pair in ((0.6, 0.5), (0.5, 1.0), (1.0, 0.6))]
+    # What a flight has behind it lies as high as its top, what it has before it as its foot.
+    middle = read(paths[1])
+    assert vector(middle.bottom_landing.stairs_tform_landing_center.position) == pytest.approx([-0.8, 0, 0])
+    assert vector(middle.top_landing.stairs_tform_landing_center.position) == pytest.approx([3.2, 0, 1.7])

@@ -105,3 +105,36 @@ def placed(s: float, t: float, z: float) -> np.ndarray:
 )
 def test_only_what_belongs_to_the_steps_is_taken_away(place: tuple[float, float, float], is_on: bool) -> None:
     assert are_on_stairs(placed(*place), [STAIRWAY]).tolist() == [is_on]
+
+
+RISE, RUN, TOP, END = 0.17, 0.28, 6 * 0.17, 5 * 0.28
+
+
+@pytest.mark.parametrize(
+    ("inside", "outside"),
+    [
+        # A rise below the third tread, and 0.7 of one above it.
+        ((0.7, 0.0, 3 * RISE - 0.165), (0.7, 0.0, 3 * RISE - 0.175)),
+        ((0.7, 0.0, 3 * RISE + 0.115), (0.7, 0.0, 3 * RISE + 0.123)),
+        # 2 cm beside the steps.
+        ((0.7, 0.565, 3 * RISE), (0.7, 0.575, 3 * RISE)),
+        ((0.7, -0.565, 3 * RISE), (0.7, -0.575, 3 * RISE)),
+        # Before the first riser: 0.3 runs, from 0.2 rises to 1.7, no margin beside it.
+        ((-0.080, 0.0, 0.1), (-0.088, 0.0, 0.1)),
+        ((-0.05, 0.0, 0.038), (-0.05, 0.0, 0.030)),
+        ((-0.05, 0.0, 0.285), (-0.05, 0.0, 0.293)),
+        ((-0.05, 0.545, 0.1), (-0.05, 0.555, 0.1)),
+        # Behind the last nosing: 0.3 runs, from a rise below the floor to 0.2 below it.
+        ((END + 0.080, 0.0, TOP - 0.1), (END + 0.088, 0.0, TOP - 0.1)),
+        ((END + 0.05, 0.0, TOP - 0.038), (END + 0.05, 0.0, TOP - 0.030)),
+        ((END + 0.05, 0.0, TOP - 0.165), (END + 0.05, 0.0, TOP - 0.175)),
+        # On the first tread and on the last.
+        ((0.005, 0.0, RISE), (-0.1, 0.0, RISE)),
+        ((END - 0.005, 0.0, TOP - RISE), (END + 0.1, 0.0, TOP - RISE)),
+    ],
+)
+def test_what_is_taken_away_ends_at_its_limits(
+    inside: tuple[float, float, float], outside: tuple[float, float, float]
+) -> None:
+    points = np.concatenate([placed(*inside), placed(*outside)])
+    assert are_on_stairs(points, [STAIRWAY]).tolist() == [True, False]

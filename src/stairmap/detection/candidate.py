@@ -289,7 +289,5 @@ def _covariance_at(fitted: FittedProfile, lowest: int) -> Float64Array:
     """The covariance with the origin moved to the lowest step that was seen, run counted positive."""
     jacobian = np.eye(6)
     jacobian[2, 1], jacobian[3, 0] = lowest, lowest
-    if fitted.profile.run < 0:
-        jacobian[1] *= -1.0
-        jacobian[2] *= -1.0
+    jacobian[1:3] *= np.sign(fitted.profile.run)
     return np.asarray(jacobian @ fitted.covariance @ jacobian.T)

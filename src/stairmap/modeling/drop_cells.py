@@ -156,7 +156,7 @@ class DropCells:
         cell["score"] = min(cell["score"] + 1, MAX_SCORE)
         cell["num_seen"] += 1
         # Of an edge twice as far, the same error of a pixel is four times as large.
-        weight = 1.0 / max(float(edge["distance"]), MIN_DISTANCE) ** 4
+        weight = max(float(edge["distance"]), MIN_DISTANCE) ** -4
         cell["weight"] += weight
         cell["place"] += weight * place
         cell["outward"] += outward
