@@ -391,6 +391,8 @@ def test_an_observations_covariance_is_that_of_its_lowest_step() -> None:
         assert 0.0003 < std[0] < 0.005
         assert 0.0003 < std[1] < 0.006
         assert observation.rise_information.shape == (2, 3)
+        # Run counts positive either way: who takes the steps for higher takes them for shorter.
+        assert covariance[0, 1] < 0
     # The origin of stairs that descend is the far end: a longer run brings it nearer to the camera's side.
     assert descending.covariance[1, 2] < 0
 
