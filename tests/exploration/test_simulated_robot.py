@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from small_worlds import DRIFT, ROOM, SPOT, robot_in, room_with, stairs
 
+from stairmap.exploration.odometry import Planar, RunningOdometry
 from stairmap.exploration.world import STEP_OVER, World
+from stairmap.simulation.odometry import PERFECT_ODOMETRY
 from stairmap.simulation.storeys import make_slab
 from stairmap.simulation.triangle_mesh import joined, make_block
 
@@ -100,3 +102,38 @@ def test_its_own_sensors_tell_how_far_it_can_go_before_a_wall_or_an_edge():
         assert robot.counters.sensor_stops == 1
         assert robot.counters.falls == robot.counters.collisions == 0
     assert robot_in(room_with(), 2.0, 2.0).free_way(1.0) == 1.0
+
+
+def test_its_sensors_see_a_corner_that_is_thinner_than_the_gaps_between_their_beams():
+    y = 2.0 + 0.5 * SPOT.radius
+    post = ([3.5013, y - 0.001, 0.0], [3.5033, y + 0.001, 1.0])
+    robot = robot_in(room_with(post), 2.0, 2.0)
+    free = robot.free_way(2.0)
+    assert free < 1.51
+    assert robot.drive(free)
+    assert robot.counters.collisions == 0
+
+
+def test_a_step_aside_or_backwards_is_no_turn():
+    def heading_errors(forward, left):
+        start = Planar(x=0.0, y=0.0, z=0.0, heading=0.3)
+        found = []
+        for seed in range(60):
+            odometry = RunningOdometry(start, DRIFT, np.random.default_rng(seed))
+            for _ in range(20):
+                odometry.move(0.05 * forward, 0.05 * left, 0.0, 0.0)
+            found.append(odometry.pose.heading - start.heading)
+        return np.std(found)
+
+    ahead = heading_errors(1.0, 0.0)
+    assert ahead > 0
+    assert heading_errors(0.0, 1.0) == pytest.approx(ahead)
+    assert heading_errors(-1.0, 0.0) == pytest.approx(ahead)
+
+
+def test_perfect_odometry_follows_a_step_aside():
+    odometry = RunningOdometry(
+        Planar(x=1.0, y=2.0, z=0.0, heading=math.pi / 2), PERFECT_ODOMETRY, np.random.default_rng(0)
+    )
+    odometry.move(0.3, -0.2, 0.1, 0.15)
+    assert odometry.pose.to_row() == pytest.approx((1.2, 2.3, 0.15, math.pi / 2 + 0.1))
