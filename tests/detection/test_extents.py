@@ -260,6 +260,8 @@ def test_a_wall_stands_no_farther_out_than_10_cm(until: float, is_bounded: bool)
     q = np.where(until > ACROSS, 0.0, 1.0 / (1.0 / STEP_Q - 0.2))
     found = extents_of(np.where(ACROSS < 0.2, stairs_between(-0.6, 9.0), q))
     assert found.left_bounded[0] == is_bounded
+    # No step was measured beyond a column past its last ray.
+    assert 0.19 < found.left[0] < 0.21
 
 
 def test_a_wall_that_runs_along_the_stairs_bounds_them() -> None:

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from small_worlds import SPOT, stairs
+from small_worlds import SPOT, robot_in, stairs
 
 from stairmap.exploration.candidates import is_on_link, nearest_open, staging_spot
 from stairmap.exploration.exploration_map import ExplorationMap
 from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.odometry import Planar
+from stairmap.exploration.other_levels import tasks_there
 from stairmap.navigation.occupancy import FREE, UNKNOWN, OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner
 
@@ -77,3 +78,22 @@ def test_a_look_is_taken_from_where_nothing_hides_its_target():
     assert place[0] > 3.1 or abs(place[1] - 2.05) > 0.9
     search.opaque[:, 30] = True
     assert nearest_open(search, np.array([2.45, 2.05]), 0.5, target) is None
+
+
+def test_what_another_level_asks_for_is_kept_until_its_map_or_a_flight_from_it_changes():
+    mesh, stairway = stairs()
+    robot = robot_in(mesh, 0.8, 2.0)
+    known = ExplorationMap(SPOT, robot.pose)
+    level, _ = known.enter_level()
+    known.take(robot.look())
+    place = robot.pose.place[:2]
+    first = known.search_elsewhere(level, place)
+    tasks = tasks_there(known, level, first)
+    assert known.search_elsewhere(level, place) is first
+    assert tasks_there(known, level, first) is tasks
+    known.stairs.update([stairway], known.levels)
+    second = known.search_elsewhere(level, place)
+    assert second is not first
+    assert tasks_there(known, level, second) is not tasks
+    level.map.block(place[None] + 1.0)
+    assert known.search_elsewhere(level, place) is not second

@@ -69,3 +69,22 @@ def test_a_step_that_nobody_faced_is_looked_at_and_a_kerb_that_was_faced_is_none
     aside = ((2.6, 0.6, 60.0), (2.6, 0.6, 150.0))
     assert looks_of(kerb, *aside) == ["may be a lowest step"]
     assert not looks_of(kerb, *aside, (1.3, 2.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("pose", "is_faced"),
+    [
+        ((2.2, 2.0, 0.0), True),
+        ((0.6, 2.0, 0.0), False),
+        ((3.2, 2.0, 0.0), False),
+        ((2.2, 2.0, 40.0), False),
+        ((3.0, 0.8, 50.0), False),
+    ],
+    ids=["from the front", "from 3.4 m", "from 0.7 m", "looking past it", "from 50 degrees aside"],
+)
+def test_a_place_was_faced_in_the_middle_of_the_view_and_from_before_it(pose, is_faced):
+    robot = robot_in(room_with(), *pose)
+    known = ExplorationMap(SPOT, robot.pose)
+    level, _ = known.enter_level()
+    known.take(robot.look())
+    assert known.was_faced(level, np.array([4.0 if pose[0] < 3 else 3.9, 2.0]), 0.0) is is_faced

@@ -41,7 +41,7 @@ def find_tasks_elsewhere(known: KnownBuilding, search: LevelSearch) -> list[Task
             except FloorError:
                 continue
             done.add(far)
-            for task in _tasks_there(known, level, there):
+            for task in tasks_there(known, level, there):
                 if task.gain < MIN_GAIN:
                     continue
                 key = (step.link or 0, step.is_up)
@@ -55,7 +55,7 @@ def find_tasks_elsewhere(known: KnownBuilding, search: LevelSearch) -> list[Task
     return list(best.values())
 
 
-def _tasks_there(known: KnownBuilding, level: Level, there: LevelSearch) -> list[Task]:
+def tasks_there(known: KnownBuilding, level: Level, there: LevelSearch) -> list[Task]:
     """Return the tasks of a level where the robot is not; they are kept as long as its search."""
     kept = known.tasks_elsewhere.get(level.number)
     if kept is None or kept[0] is not there:
