@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_worlds import SPOT, robot_in, room_with
@@ -112,6 +114,26 @@ def test_what_stopped_the_robot_is_an_obstacle_whatever_was_seen_before():
     layer.block(np.array([[1.02, 0.02]]))
     assert value(layer.grid(), 1.02, 0.02) == OCCUPIED
     assert value(layer.grid(), 1.5, 0.02) == FREE
+
+
+def test_what_stopped_the_robot_is_forgiven_and_where_it_stood_since_nothing_is():
+    layer = LayerMap(0.0)
+    for _ in range(9):
+        layer.add(scan_of(patch(0.3, 2.0, -0.5, 0.5), FLOOR), ORIGIN, radius=0.25)
+    before = layer.trail.sum()
+    assert not layer.forgive()
+    layer.block(np.array([[0.3, 0.02], [1.52, 0.02]]))
+    far = Planar(x=-30.0, y=40.0, z=0.0, heading=0.0)
+    layer.add(scan_of(patch(0.5, 1.5, -0.5, 0.5), FLOOR), far, radius=0.25)
+    assert value(layer.grid(), 1.52, 0.02) == OCCUPIED
+    layer.add(scan_of(patch(2.0, 2.2, -0.5, 0.5), FLOOR), replace(ORIGIN, x=0.3), radius=0.2)
+    assert value(layer.grid(), 0.32, 0.02) == FREE
+    changes = layer.num_changes
+    assert layer.forgive()
+    assert layer.num_changes > changes
+    assert value(layer.grid(), 1.52, 0.02) == FREE
+    assert layer.trail.sum() > before
+    assert not layer.forgive()
 
 
 def test_a_map_of_nothing_is_unknown():

@@ -67,7 +67,7 @@ class ExplorationMap(KnownBuilding):
         super().__init__(body, start, LayerMap, allow_unknown=allow_unknown)
         self.session = MapSession(config)
         self.localizer = Localizer(start, is_perfect=has_perfect_odometry)
-        self._scans = ScanStore()
+        self.scans = ScanStore()
         self.records: list[Record] = []
         self.poses: list[Planar] = []
         self.last_scan: Scan | None = None
@@ -87,8 +87,9 @@ class ExplorationMap(KnownBuilding):
     def take(self, view: View) -> None:
         """Take in a frame of the robot where it is now, on its level or, without one, on stairs."""
         scan = scan_from_view(view, top=self.body.top + 0.1)
-        self.pose = self.localizer.correct(scan, view.odometry, self._scans)
-        self._scans.add(scan, self.pose)
+        self.pose = self.localizer.correct(scan, view.odometry, self.scans)
+        if self.localizer.is_sure:
+            self.scans.add(scan, self.pose)
         map_from_camera = map_from_body(self.pose) @ view.body_from_camera
         self.last_detection = self.session.add(view.frame, map_from_camera)
         self.num_detections += bool(self.last_detection)

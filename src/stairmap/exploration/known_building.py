@@ -172,6 +172,11 @@ class KnownBuilding(ABC):
         ]
         return find_open_ground(grid, level.map.trail, self.body, stairs)
 
+    def forgive_stops(self) -> bool:
+        """Forget what stopped the robot on its levels; return whether there was any."""
+        forgiven = [level.map.forgive() for level in self.levels.levels]
+        return any(forgiven)
+
     def area(self) -> float:
         """Return the free ground mapped so far on all levels, m²."""
         grids = [level.map.grid() for level in self.levels.levels]

@@ -57,6 +57,8 @@ class LayerMap:
         self._votes = np.zeros((3, 0, 0), dtype=np.uint16)
         self._trail = np.zeros((0, 0), dtype=np.bool_)
         self._settled = np.zeros((0, 0), dtype=np.bool_)
+        self._stops = np.zeros((0, 0), dtype=np.bool_)
+        self._forgotten = np.zeros((0, 0), dtype=np.bool_)
         self._tops = np.zeros((0, 0), dtype=np.float32)
 
     def add(self, scan: Scan, pose: Planar, *, radius: float) -> None:
@@ -80,14 +82,16 @@ class LayerMap:
         at = cells[: len(is_obstacle)][is_obstacle]
         np.maximum.at(self._tops, (at[:, 1], at[:, 0]), scan.points[is_low][is_obstacle, 2])
         own = own - self._low
-        self._trail[own[:, 1], own[:, 0]] |= True
+        self._trail[own[:, 1], own[:, 0]] = True
+        self._forgotten[own[:, 1], own[:, 0]] = False
+        self._stops[own[:, 1], own[:, 0]] = False
 
     def clear(self) -> None:
         """Forget all votes; what was settled too."""
         self._note_change()
         self._votes[:] = 0
         self._trail[:] = False
-        self._settled[:] = False
+        self._settled[:] = self._stops[:] = self._forgotten[:] = False
         self._tops[:] = 0.0
 
     def settle(self, points: Points, radius: float) -> None:
@@ -107,15 +111,21 @@ class LayerMap:
         cells = np.floor(np.asarray(points)[:, :2] / RESOLUTION).astype(np.int64)
         self._grow(cells)
         cells = cells - self._low
-        rows, columns = cells[:, 1], cells[:, 0]
-        enough = MIN_OBSTACLE_VOTES + self._votes[FLOOR, rows, columns].astype(np.int64) // 2
-        self._votes[OBSTACLE, rows, columns] = np.maximum(self._votes[OBSTACLE, rows, columns], enough)
+        self._stops[cells[:, 1], cells[:, 0]] = True
         # Where it was by the poses of then it cannot be by those of now.
         for x, y in np.unique(np.round(np.asarray(points)[:, :2], 1), axis=0):
             near = self._disc(float(x), float(y), FORGOTTEN_TRAIL)
             self._grow(near)
             near = near - self._low
-            self._trail[near[:, 1], near[:, 0]] = False
+            self._forgotten[near[:, 1], near[:, 0]] = True
+
+    def forgive(self) -> bool:
+        """Forget what stopped the robot: it may have moved. Return whether there was any."""
+        if not self._stops.any():
+            return False
+        self._note_change()
+        self._stops[:] = self._forgotten[:] = False
+        return True
 
     @property
     def settled(self) -> Mask:
@@ -130,7 +140,7 @@ class LayerMap:
     @property
     def trail(self) -> Mask:
         """(rows, columns) where the robot's body was."""
-        return self._trail
+        return self._trail & ~self._forgotten
 
     def grid(self) -> OccupancyGrid:
         """Return the map; drops are occupied in it. It is kept until something changes."""
@@ -156,7 +166,8 @@ class LayerMap:
         cells[seen > 0] = FREE
         cells[is_drop] = OCCUPIED
         cells[is_obstacle] = OCCUPIED
-        cells[self._trail & ~is_drop] = FREE
+        cells[self.trail & ~is_drop] = FREE
+        cells[self._stops] = OCCUPIED
         low = self._low * RESOLUTION
         return OccupancyGrid(cells=cells, resolution=RESOLUTION, origin=(float(low[0]), float(low[1])))
 
@@ -194,16 +205,17 @@ class LayerMap:
         new_high = np.where(high > old_high, high + extra, old_high)
         shape = (int(new_high[1] - new_low[1]), int(new_high[0] - new_low[0]))
         votes = np.zeros((3, *shape), dtype=np.uint16)
-        trail, settled = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
+        trail, settled, stops, forgotten = (np.zeros(shape, dtype=np.bool_) for _ in range(4))
         tops = np.zeros(shape, dtype=np.float32)
         if rows:
             at = self._low - new_low
             window = np.s_[at[1] : at[1] + rows, at[0] : at[0] + columns]
             votes[:, window[0], window[1]] = self._votes
             trail[window], settled[window] = self._trail, self._settled
+            stops[window], forgotten[window] = self._stops, self._forgotten
             tops[window] = self._tops
         self._low, self._votes, self._trail, self._settled = new_low, votes, trail, settled
-        self._tops = tops
+        self._stops, self._forgotten, self._tops = stops, forgotten, tops
 
 
 def _are_obstacles(floor: IntArray, obstacle: IntArray) -> Mask:

@@ -51,3 +51,7 @@ class LevelMap(Protocol):
     def block(self, points: Points) -> None:
         """Note that (N, 2) points stopped the robot, whatever was seen of them before."""
         ...
+
+    def forgive(self) -> bool:
+        """Forget what stopped the robot; return whether there was any."""
+        ...

@@ -61,6 +61,17 @@ PRIOR_SHIFT = (0.01, 0.03)
 PRIOR_TURN = (math.radians(0.3), 0.08, math.radians(1.0))
 """Of its turn: rad, rad per rad of turn, rad per m."""
 
+SEARCH_TURN = math.radians(3.0)
+"""Where the heading is less sure than this, rad, registration begins from several, this far apart: a robot
+that turned before a wall, too near for its camera, saw nothing on the way. Scans are not kept until one fits
+again."""
+
+MAX_SIGMAS = 2.5
+"""Corrections of more standard deviations of what odometry tells are not looked for."""
+
+MAX_UNSURE = 8
+"""But at most this many scans wait for that: behind a door nothing may be known."""
+
 PRIOR_TILT, PRIOR_HEIGHT = math.radians(0.5), 0.02
 """Of tilt, rad, which the IMU measures, and of height, m, which legs feel."""
 
@@ -136,6 +147,13 @@ class Localizer:
         self._target_pose = np.full(4, np.inf)
         self._target_age = 0
         self.num_corrected, self.num_refused = 0, 0
+        self._variance = np.zeros(6)
+        self._num_unsure = 0
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the last scan lies well enough in the map to be kept."""
+        return self._num_unsure == 0 or self._num_unsure > MAX_UNSURE
 
     def predict(self, odometry: Planar) -> Planar:
         """Return where the robot is when odometry says where it is."""
@@ -155,7 +173,11 @@ class Localizer:
         predicted = self.predict(odometry)
         pose = predicted
         if self._library is not None:
-            shift, turn = self._correction(scan, predicted, _between(self._odometry, odometry), known)
+            self._variance += _prior_std(_between(self._odometry, odometry)) ** 2
+            found = self._correction(scan, predicted, known)
+            is_unsure = found is None and math.sqrt(self._variance[2]) > SEARCH_TURN
+            self._num_unsure = self._num_unsure + 1 if is_unsure else 0
+            shift, turn = (np.zeros(2), 0.0) if found is None else found
             cosine, sine = math.cos(predicted.heading), math.sin(predicted.heading)
             pose = replace(
                 predicted,
@@ -167,13 +189,12 @@ class Localizer:
         return pose
 
     def _correction(
-        self,
-        scan: Scan,
-        predicted: Planar,
-        moved: tuple[float, float, float],
-        known: ScanStore,
-    ) -> tuple[Float64Array, float]:
-        """Return shift (m, ahead and left) and turn (rad) of a scan against where odometry puts it."""
+        self, scan: Scan, predicted: Planar, known: ScanStore
+    ) -> tuple[Float64Array, float] | None:
+        """Return shift (m, ahead and left) and turn (rad) of a scan against where odometry puts it.
+
+        ``None``: it does not fit. What shows next to nothing is left where odometry puts it.
+        """
         nothing = np.zeros(2), 0.0
         points = scan.points[scan.kinds != FLOOR].astype(np.float64)
         self._refresh_target(predicted, known)
@@ -182,30 +203,44 @@ class Localizer:
         source, _ = self._library.preprocess_points(points, downsampling_resolution=VOXEL, num_neighbors=10)
         if len(source) < MIN_POINTS:
             return nothing
-        cloud, tree = self._target
-        result = self._library.align(
-            cloud,
-            source,
-            tree,
-            init_T_target_source=_matrix(predicted),
-            registration_type="GICP",
-            max_correspondence_distance=MAX_CORRESPONDENCE,
-            max_iterations=20,
-        )
+        result = self._align(source, predicted)
         if result.num_inliers < MIN_INLIER_SHARE * len(source):
             self.num_refused += 1
-            return nothing
+            return None
         change = invert_transform(_matrix(predicted)) @ np.asarray(result.T_target_source)
         twist = np.concatenate([vector_from_rotation(change[:3, :3]), change[:3, 3]])
         # Turns about x, y, z and shifts along x, y, z in the robot's frame, as in the library's information.
         information = np.asarray(result.H) / CORRELATION
-        posterior = np.linalg.solve(information + np.diag(1 / _prior_std(moved) ** 2), information @ twist)
+        posterior = np.linalg.solve(information + np.diag(1 / self._variance), information @ twist)
         turn, shift = float(posterior[2]), posterior[3:5]
-        if np.hypot(*shift) > MAX_SHIFT or abs(turn) > MAX_TURN:
+        most = MAX_SIGMAS * np.sqrt(self._variance)
+        if np.hypot(*shift) > max(MAX_SHIFT, most[3]) or abs(turn) > max(MAX_TURN, most[2]):
             self.num_refused += 1
-            return nothing
+            return None
         self.num_corrected += 1
+        self._variance = np.zeros(6)
         return shift, turn
+
+    def _align(self, source: Any, predicted: Planar) -> Any:
+        """Lay a scan over the known ones; return what the library found from the best start."""
+        cloud, tree = self._target or (None, None)
+        reach = MAX_SIGMAS * math.sqrt(self._variance[2])
+        starts = [0.0]
+        if reach > MAX_SIGMAS * SEARCH_TURN:
+            starts += [sign * turn for turn in np.arange(SEARCH_TURN, reach, SEARCH_TURN) for sign in (1, -1)]
+        results = [
+            self._library.align(
+                cloud,
+                source,
+                tree,
+                init_T_target_source=_matrix(replace(predicted, heading=predicted.heading + start)),
+                registration_type="GICP",
+                max_correspondence_distance=MAX_CORRESPONDENCE,
+                max_iterations=20,
+            )
+            for start in starts
+        ]
+        return max(results, key=lambda result: result.num_inliers)
 
     def _refresh_target(self, pose: Planar, known: ScanStore) -> None:
         self._target_age += 1

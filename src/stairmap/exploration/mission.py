@@ -26,6 +26,9 @@ from stairmap.exploration.tasks import Task
 MAX_FAILURES = {"frontier": 3, "look": 3, "stairs": 8}
 """A task that failed so often is given up, by kind: another floor is worth more tries."""
 
+MAX_RETRIES = 3
+"""A robot that finds nothing more to reach tries this often whether what stopped it still does."""
+
 DONE_REASON = "nothing reachable is left"
 
 
@@ -66,6 +69,7 @@ class Mission:
     coverage: list[tuple[float, float, int]] = field(default_factory=list)
     stairs_climbed: int = 0
     num_stuck: int = 0
+    num_retries: int = 0
     search: LevelSearch | None = None
     failures: list[tuple[int, str, Vector]] = field(default_factory=list)
     _tree: Any = None
@@ -93,6 +97,19 @@ class Mission:
             for level, kind, place in self.failures
         )
         return failures < MAX_FAILURES[task.kind]
+
+    def try_again(self) -> bool:
+        """Try again where something stopped the robot; return whether there is such a place.
+
+        Stairs that failed stay so.
+        """
+        if self.num_retries >= MAX_RETRIES or not self.known.forgive_stops():
+            return False
+        self.num_retries += 1
+        self.failures = [failure for failure in self.failures if failure[1] == "stairs"]
+        self.must_look_around = True
+        self.note("tries again", reason="nothing reachable is left; what stopped the robot is forgotten")
+        return True
 
     def stop(self, reason: str) -> None:
         """End the mission."""

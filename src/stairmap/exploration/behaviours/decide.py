@@ -58,7 +58,8 @@ class Decide(MissionBehaviour):
         )
         mission.coverage.append((mission.clock(), known.area(), known.level.number))
         if chosen is None:
-            mission.stop(DONE_REASON)
+            if not mission.try_again():
+                mission.stop(DONE_REASON)
             yield Status.FAILURE
             return
         yield Status.SUCCESS
