@@ -117,3 +117,6 @@ def test_an_edge_of_the_ground_that_no_stairs_explain_says_how_deep_it_is(stairw
     figure = draw_overview([stairway], drops=[own])
     assert "≥ 0.83 m deep" not in texts(figure)
     assert "edge of the ground" in figure.axes[0].get_legend_handles_labels()[1]
+    void = draw_overview([stairway], drops=[replace(drop, depth=None)])
+    assert not any("deep" in text for text in texts(void))
+    assert "edge of the ground, nothing seen behind" in void.axes[0].get_legend_handles_labels()[1]

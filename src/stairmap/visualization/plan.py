@@ -62,23 +62,25 @@ def draw_plan(axes: Axes, stairway: Stairway, *, label: str) -> None:
 
 
 def draw_drops(axes: Axes, drops: Sequence[Drop]) -> None:
-    """Draw edges of the ground with teeth on the side where it falls off, and how deep it is there."""
+    """Draw edges of the ground with teeth on the side where it falls off, and how deep it is there.
+
+    Edges behind which nothing was seen are dashed.
+    """
     for drop in drops:
         start, stop = drop.edge[:, :2]
-        axes.plot(*np.array([start, stop]).T, color=RED, linewidth=2.4, zorder=6, label="edge of the ground")
+        style, name = ("-", "") if drop.depth is not None else ((0, (2, 1)), ", nothing seen behind")
+        axes.plot(
+            *np.array([start, stop]).T, color=RED, linewidth=2.4, linestyle=style, zorder=6,
+            label=f"edge of the ground{name}",
+        )  # fmt: skip
         count = max(int(drop.length / _TOOTH_SPACING), 1) + 1
         feet = start + np.linspace(0.0, 1.0, count)[:, None] * (stop - start)
         teeth = feet + _TOOTH_LENGTH * drop.outward[:2]
         for foot, tip in zip(feet, teeth, strict=True):
             axes.plot(*np.array([foot, tip]).T, color=RED, linewidth=1.2, zorder=6)
-        if drop.stairway_id is None:
+        if drop.stairway_id is None and drop.depth is not None:
             place = drop.center[:2] + _DEPTH_LABEL * drop.outward[:2]
-            draw_label(
-                axes,
-                place,
-                "nothing seen behind" if drop.depth is None else f"≥ {drop.depth:.2f} m deep",
-                color=RED,
-            )
+            draw_label(axes, place, f"≥ {drop.depth:.2f} m deep", color=RED)
 
 
 def _draw_box_sides(axes: Axes, flight: Flight) -> None:
