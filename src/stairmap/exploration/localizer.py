@@ -69,6 +69,9 @@ again."""
 MAX_SIGMAS = 2.5
 """Corrections of more standard deviations of what odometry tells are not looked for."""
 
+MIN_FOUND_SHARE = 0.75
+"""Share of the points that must find a partner then: among several headings a wrong one fits half of them."""
+
 MAX_UNSURE = 8
 """But at most this many scans wait for that: behind a door nothing may be known."""
 
@@ -203,8 +206,9 @@ class Localizer:
         source, _ = self._library.preprocess_points(points, downsampling_resolution=VOXEL, num_neighbors=10)
         if len(source) < MIN_POINTS:
             return nothing
-        result = self._align(source, predicted)
-        if result.num_inliers < MIN_INLIER_SHARE * len(source):
+        is_search = math.sqrt(self._variance[2]) > SEARCH_TURN
+        result = self._align(source, predicted, is_search=is_search)
+        if result.num_inliers < (MIN_FOUND_SHARE if is_search else MIN_INLIER_SHARE) * len(source):
             self.num_refused += 1
             return None
         change = invert_transform(_matrix(predicted)) @ np.asarray(result.T_target_source)
@@ -221,12 +225,12 @@ class Localizer:
         self._variance = np.zeros(6)
         return shift, turn
 
-    def _align(self, source: Any, predicted: Planar) -> Any:
+    def _align(self, source: Any, predicted: Planar, *, is_search: bool) -> Any:
         """Lay a scan over the known ones; return what the library found from the best start."""
         cloud, tree = self._target or (None, None)
         reach = MAX_SIGMAS * math.sqrt(self._variance[2])
         starts = [0.0]
-        if reach > MAX_SIGMAS * SEARCH_TURN:
+        if is_search:
             starts += [sign * turn for turn in np.arange(SEARCH_TURN, reach, SEARCH_TURN) for sign in (1, -1)]
         results = [
             self._library.align(
