@@ -22,7 +22,7 @@ DRIFT_ACROSS = 0.6
 """How much of the spread of the middles of a flight's edges is the standard deviation of its middle: all
 weigh alike, but not all of it is drift."""
 
-SYSTEMATIC_WIDTH_STD, SYSTEMATIC_MIDDLE_STD = 0.003, 0.005
+SYSTEMATIC_STD = 0.005
 """What no number of edges averages out of the width and of the middle, m: how a sensor shows an edge, and how
 poses are turned against the camera."""
 
@@ -84,7 +84,7 @@ def find_extent(
         low, high = np.percentile(sides, (16.0, 84.0)).tolist()
         middle_spread = 0.5 * (high - low)
         samples = max(len(widths) / EDGES_PER_SAMPLE, 1.0)
-        width_std = float(np.hypot(SYSTEMATIC_WIDTH_STD, spread / np.sqrt(samples)))
+        width_std = float(np.hypot(SYSTEMATIC_STD, spread / np.sqrt(samples)))
         first = both & is_first
         if np.count_nonzero(first) >= MIN_FIRST_EDGES:
             wider = float(np.median((left - right)[first])) - width
@@ -96,7 +96,7 @@ def find_extent(
             True,
             True,
             width_std,
-            float(np.hypot(SYSTEMATIC_MIDDLE_STD, DRIFT_ACROSS * middle_spread)),
+            float(np.hypot(SYSTEMATIC_STD, DRIFT_ACROSS * middle_spread)),
         )
     ends = []
     for values, bounded, sign in (
