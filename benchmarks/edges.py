@@ -18,7 +18,7 @@ from stairmap.arrays import Points, Transform
 from stairmap.drop import Drop
 from stairmap.evaluation.table_format import format_table
 from stairmap.navigation.floors import FloorError, find_floors
-from stairmap.navigation.footprints import make_keepout_mask
+from stairmap.navigation.keepout import ForbiddenGround, make_keepout_mask
 from stairmap.session import MapSession
 from stairmap.simulation.edge_scenes import EdgeKind, EdgeScene, make_edge_scene
 from stairmap.simulation.robots import ROBOTS
@@ -150,7 +150,8 @@ def judge_floor(
     error = floors.floor(0).height
     if not edge_scene.edges.size:
         return {"num_free": 0, "floor_error": error}
-    mask = make_keepout_mask(stairways, floors, 0, drops=drops)
+    ground = ForbiddenGround(stairways=tuple(stairways), drops=tuple(drops))
+    mask = make_keepout_mask(ground, floors, 0)
     num_free = 0
     for before in np.arange(0.0, FORBIDDEN + 1e-9, 0.05):
         for aside in np.linspace(-PATH_HALF, PATH_HALF, 11):

@@ -93,11 +93,11 @@ def test_a_graph_for_wheels_would_have_no_edge(tower):
     check_refused(outcome, "none of 1 stairways can be used by wheeled robot")
 
 
-def test_a_robot_that_climbs_all_gets_no_mask_and_is_told(tower, tmp_path):
+def test_a_robot_that_climbs_all_gets_the_sides_of_the_well_alone(tower, tmp_path):
     folder, _ = tower
     outcome = stairmap("export", folder, "-f", "keepout", "--robot", "spot", "-o", tmp_path / "out")
-    assert (outcome.code, outcome.stdout) == (0, "")
-    assert "can climb every stairway" in outcome.stderr
+    assert (outcome.code, outcome.stdout.split()) == (0, [str(tmp_path / "out" / "keepout_floor_1.yaml")])
+    assert len((tmp_path / "out" / "keepout_floor_1.pgm").read_bytes()) > 100
 
 
 def test_an_empty_run_is_told_in_one_line(empty_run):
@@ -175,7 +175,7 @@ def test_masks_and_graph_of_an_earlier_robot_are_removed_by_the_next_export(towe
     assert stairmap("export", folder, *formats, "--robot", "spot").code == 0
     (tmp_path / "out" / "keepout_floor_7.yaml").write_text("of another run")
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "keepout_floor_7.yaml", "route_graph.geojson",
+        "keepout_floor_1.pgm", "keepout_floor_1.yaml", "keepout_floor_7.yaml", "route_graph.geojson",
     ]  # fmt: skip
     outcome = stairmap("export", folder, *formats, "--robot", "wheeled")
     assert outcome.code == 1
@@ -183,7 +183,9 @@ def test_masks_and_graph_of_an_earlier_robot_are_removed_by_the_next_export(towe
         "keepout_floor_0.pgm", "keepout_floor_0.yaml", "keepout_floor_1.pgm", "keepout_floor_1.yaml",
     ]  # fmt: skip
     assert stairmap("export", folder, *formats, "--robot", "spot").code == 0
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["route_graph.geojson"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "keepout_floor_1.pgm", "keepout_floor_1.yaml", "route_graph.geojson",
+    ]  # fmt: skip
 
 
 def test_a_map_that_no_format_reads_is_refused(tower, tmp_path):

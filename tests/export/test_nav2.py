@@ -15,7 +15,7 @@ import yaml
 from stairmap.errors import OutputError
 from stairmap.export.nav2 import dump_json, dump_keepout_masks, dump_route_graph, nav2_from_route_graph
 from stairmap.navigation.floors import find_floors
-from stairmap.navigation.footprints import block_stairs
+from stairmap.navigation.keepout import block_stairs
 from stairmap.navigation.occupancy import OccupancyGrid, load_map
 from stairmap.navigation.portals import make_portals
 from stairmap.navigation.robot_profile import load_robot
@@ -239,10 +239,17 @@ def test_masks_forbid_the_stairs_and_above_all_the_descending_edge(tmp_path):
     assert not is_forbidden(upper, *(edge + 0.5 * along))
 
 
-def test_a_robot_that_can_climb_is_not_forbidden_to(tmp_path):
+def test_a_robot_that_can_climb_has_the_stairs_open_and_only_their_sides_forbidden_above(tmp_path):
     floors = find_floors([SECOND])
-    assert dump_keepout_masks([SECOND], floors, tmp_path, robot=load_robot("spot")) == ()
-    assert len(dump_keepout_masks([SECOND], floors, tmp_path, robot=load_robot("anymal"))) == 2
+    (above,) = dump_keepout_masks([SECOND], floors, tmp_path, robot=load_robot("spot"))
+    assert above.name == "keepout_floor_1.yaml"
+    along, left = np.array([math.cos(0.4), math.sin(0.4)]), np.array([-math.sin(0.4), math.cos(0.4)])
+    for share in np.linspace(-0.3, 17.0 * 0.28 + 0.6, 60):
+        assert not is_forbidden(above, *(np.array([0.0, 6.0]) + share * along))
+    for side in (-0.75, 0.75):
+        assert is_forbidden(above, *(np.array([0.0, 6.0]) + 2.0 * along + side * left))
+    unknown = dump_keepout_masks([SECOND], floors, tmp_path / "unknown", robot=load_robot("anymal"))
+    assert len(unknown) == 2
 
 
 def test_a_folder_that_cannot_be_written_is_told(tmp_path):

@@ -11,7 +11,7 @@ import pytest
 
 from stairmap.modeling.landings import join_flights, make_landing, top_of
 from stairmap.navigation.floors import find_floors
-from stairmap.navigation.footprints import block_stairs
+from stairmap.navigation.keepout import block_stairs
 from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.portals import make_portals
 from stairmap.navigation.robot_profile import load_robot

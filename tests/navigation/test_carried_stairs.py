@@ -9,7 +9,8 @@ from stairmap.drop import Drop
 from stairmap.modeling.landings import top_of
 from stairmap.navigation.carried_stairs import carry_to_floors
 from stairmap.navigation.floors import Floor, FloorStack
-from stairmap.navigation.footprints import drop_rectangles, forbidden_ground, make_keepout_mask
+from stairmap.navigation.footprints import drop_rectangles
+from stairmap.navigation.keepout import ForbiddenGround, forbidden_ground, make_keepout_mask
 from stairmap.navigation.portals import make_portal
 from stairmap.navigation.robot_profile import load_robot
 from walkable_stairways import make_flight, make_stairway
@@ -91,7 +92,7 @@ def test_an_edge_of_the_floor_that_was_seen_tells_where_the_stairs_end():
 @pytest.mark.parametrize("above", [0, 1, 2])
 def test_no_mask_is_free_within_0_3_m_before_the_edge_of_stairs(above):
     stack = floors_at(0.0, COUNT * RISE)
-    mask = make_keepout_mask([seen_in_part(above=above)], stack, 1)
+    mask = make_keepout_mask(ForbiddenGround(stairways=(seen_in_part(above=above),)), stack, 1)
     for ahead in np.arange(0.0, 0.29, 0.05):
         for aside in (-0.5, 0.0, 0.5):
             assert mask.value_at((TOP + ahead, aside)) == 100
@@ -103,7 +104,7 @@ def test_no_mask_is_free_within_0_3_m_before_the_edge_of_stairs(above):
 
 def test_a_floor_that_the_well_cuts_in_passing_is_forbidden_about_the_whole_well():
     stack = floors_at(0.0, 6 * RISE, COUNT * RISE)
-    mask = make_keepout_mask([seen_in_part()], stack, 1)
+    mask = make_keepout_mask(ForbiddenGround(stairways=(seen_in_part(),)), stack, 1)
     for place in ((-0.25, 0.0), (1.0, 0.0), (TOP + 0.25, 0.0), (1.0, 0.85), (1.0, -0.85)):
         assert mask.value_at(place) == 100
     assert mask.value_at((-0.4, 0.0)) == mask.value_at((TOP + 0.4, 0.0)) == 0
@@ -112,7 +113,7 @@ def test_a_floor_that_the_well_cuts_in_passing_is_forbidden_about_the_whole_well
 def test_ground_from_0_3_m_before_a_drop_is_forbidden_on_its_floor_alone():
     stack = floors_at(0.0, COUNT * RISE)
     drop = drop_at(9.0, turn=0.5)
-    mask = make_keepout_mask([], stack, 1, drops=[drop])
+    mask = make_keepout_mask(ForbiddenGround(drops=(drop,)), stack, 1)
     for beside in (-0.45, 0.0, 0.45):
         along = drop.edge[1] - drop.edge[0]
         place = drop.center + beside * along
@@ -121,13 +122,22 @@ def test_ground_from_0_3_m_before_a_drop_is_forbidden_on_its_floor_alone():
     # An edge was seen to its ends, but may go on.
     assert mask.value_at(drop.edge[0] + 0.25 * (drop.edge[0] - drop.edge[1]) / drop.length) == 100
     assert drop_rectangles([drop], stack, 0) == ()
-    assert drop_rectangles([drop_at(9.0, z=1.0)], stack, 0) == ()
-    assert make_keepout_mask([], stack, 0, drops=[drop]) is None
+    assert make_keepout_mask(ForbiddenGround(drops=(drop,)), stack, 0) is None
+
+
+def test_an_edge_that_a_ramp_leads_to_is_forbidden_on_the_floor_that_is_nearest():
+    """A robot went up a ramp to a dock 0.9 m up: no floor of its own, and its edge was in no mask."""
+    dock, stack = drop_at(9.0, z=0.9), floors_at(0.0, COUNT * RISE)
+    mask = make_keepout_mask(ForbiddenGround(drops=(dock,)), stack, 0)
+    assert mask.value_at((9.0 + 0.3, 0.0)) == 100
+    assert drop_rectangles([dock], stack, 1) == ()
 
 
 def test_the_edge_of_stairs_that_a_robot_climbs_is_open_to_it_and_no_other_edge_is():
     stairway = seen_in_part()
     own, dock = drop_at(TOP, stairway_id=1), drop_at(9.0, drop_id=2)
-    assert forbidden_ground([stairway], [own, dock], None) == ((stairway,), (own, dock))
-    assert forbidden_ground([stairway], [own, dock], load_robot("spot")) == ((), (dock,))
-    assert forbidden_ground([stairway], [own, dock], load_robot("wheeled")) == ((stairway,), (own, dock))
+    for robot in (None, load_robot("wheeled")):
+        ground = forbidden_ground([stairway], [own, dock], robot)
+        assert (ground.stairways, ground.drops, ground.climbed) == ((stairway,), (own, dock), ())
+    ground = forbidden_ground([stairway], [own, dock], load_robot("spot"))
+    assert (ground.stairways, ground.drops, ground.climbed) == ((), (dock,), (stairway,))

@@ -13,10 +13,9 @@ from stairmap.navigation.footprints import (
     FOOT_MARGIN,
     HEADROOM,
     Rectangle,
-    block_stairs,
-    make_keepout_mask,
     stair_rectangles,
 )
+from stairmap.navigation.keepout import ForbiddenGround, block_stairs, make_keepout_mask
 from stairmap.navigation.occupancy import MapError, OccupancyGrid
 from stairmap.stairway import Landing
 from walkable_stairways import make_flight, make_half_turn, make_stairway
@@ -62,16 +61,17 @@ def test_a_low_flight_covers_all_its_risers_on_both_floors_and_the_strip_before_
     (below,), (above,) = stair_rectangles(stairway, floors, 0), stair_rectangles(stairway, floors, 1)
     assert below.length == pytest.approx(5 * 0.28 + FOOT_MARGIN)
     assert below.center == pytest.approx((1.0, 2.0 + (5 * 0.28 - FOOT_MARGIN) / 2))
-    assert above.length == pytest.approx(5 * 0.28 + EDGE_MARGIN)
-    assert above.center == pytest.approx((1.0, 2.0 + (5 * 0.28 + EDGE_MARGIN) / 2))
+    # Above, both ends of the hole are edges.
+    assert above.length == pytest.approx(5 * 0.28 + 2 * EDGE_MARGIN)
+    assert above.center == pytest.approx((1.0, 2.0 + 5 * 0.28 / 2))
     assert above.heading == pytest.approx(math.pi / 2)
 
 
 def test_of_two_flights_the_lower_has_the_strip_at_its_foot_and_the_upper_the_one_at_its_edge():
     stairway = make_half_turn(height=3.06)
     floors = find_floors([stairway])
-    first, second, _ = stair_rectangles(stairway, floors, 1)
-    assert first.length == pytest.approx(8 * 0.28)
+    first, second, *_ = stair_rectangles(stairway, floors, 1)
+    assert first.length == pytest.approx(8 * 0.28 + EDGE_MARGIN)
     assert second.length == pytest.approx(8 * 0.28 + EDGE_MARGIN)
     lower, upper, _ = stair_rectangles(stairway, floors, 0)
     assert lower.length == pytest.approx(8 * 0.28 + FOOT_MARGIN)
@@ -85,7 +85,7 @@ def test_a_landing_counts_on_the_floor_below_as_long_as_one_cannot_walk_under_it
     stairway = make_half_turn(height=height)
     floors = find_floors([stairway])
     assert len(stair_rectangles(stairway, floors, 0)) == num_below
-    *_, landing = stair_rectangles(stairway, floors, 1)
+    *_, landing, _ = stair_rectangles(stairway, floors, 1)
     assert (landing.length, landing.width) == (1.2, 2.5)
     assert landing.center == pytest.approx((8 * 0.28 + 0.6, 0.65))
 
@@ -123,12 +123,12 @@ def test_stairs_are_put_into_a_map_and_nothing_else_of_it_changes():
 def test_a_mask_without_a_map_has_a_free_metre_around_the_stairs():
     stairway = make_stairway(make_flight(base=(0.03, 0.0, 0.0), run=0.30, num_risers=5))
     floors = find_floors([stairway])
-    mask = make_keepout_mask([stairway], floors, 0, resolution=0.1)
+    mask = make_keepout_mask(ForbiddenGround(stairways=(stairway,)), floors, 0, resolution=0.1)
     assert mask.resolution == 0.1
     # The strip before the foot begins at -0.02 m; the last nosing is at 1.23 m; the width is 1.2 m.
     assert mask.origin == pytest.approx((-1.1, -1.6))
     assert mask.cells.shape == (32, 34)
-    assert make_keepout_mask([stairway], floors, 0).resolution == 0.05
+    assert make_keepout_mask(ForbiddenGround(stairways=(stairway,)), floors, 0).resolution == 0.05
     assert set(np.unique(mask.cells)) == {0, 100}
     rows, columns = np.nonzero(mask.cells)
     centers = mask.centers(rows, columns)
@@ -140,4 +140,4 @@ def test_stairs_that_lie_kilometres_apart_get_no_mask_that_fills_the_memory():
     pair = [make_stairway(make_flight(base=(x, 0.0, 0.0)), stairway_id=x + 1) for x in (0, 20_000)]
     pair.append(make_stairway(make_flight(base=(0.0, 9_000.0, 0.0)), stairway_id=7))
     with pytest.raises(MapError, match=r"floor 0 would be 20\.0 x 9\.0 km large"):
-        make_keepout_mask(pair, find_floors(pair), 0)
+        make_keepout_mask(ForbiddenGround(stairways=tuple(pair)), find_floors(pair), 0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stairmap.navigation.floors import find_floors
-from stairmap.navigation.footprints import make_keepout_mask
+from stairmap.navigation.keepout import ForbiddenGround, make_keepout_mask
 from stairmap.navigation.portals import Portal, make_portal
 from stairmap.navigation.robot_profile import load_robot
 from stairmap.trajectory import Trajectory
@@ -121,6 +121,6 @@ def test_ground_beyond_an_end_that_nobody_saw_is_forbidden_where_stairs_may_go_o
         unseen = make_stairway(replace(flight, **{end: False}))
         edge = 4.0 + (11 * 0.28 if level else 0.0)
         for stairway, reach in ((seen, 0.30 if level else 0.05), (unseen, 1.50 if level else 1.25)):
-            mask = make_keepout_mask([stairway], find_floors([stairway]), level)
+            mask = make_keepout_mask(ForbiddenGround(stairways=(stairway,)), find_floors([stairway]), level)
             assert mask.value_at((edge + sign * (reach - 0.04), 2.0)) == 100
             assert mask.value_at((edge + sign * (reach + 0.06), 2.0)) == 0

@@ -9,7 +9,8 @@ import pytest
 
 from stairmap.navigation.exploration import find_candidates, find_frontiers
 from stairmap.navigation.floors import Floor, FloorError, FloorStack, find_floors
-from stairmap.navigation.footprints import block_stairs, cover_mask, make_keepout_mask, stair_rectangles
+from stairmap.navigation.footprints import stair_rectangles
+from stairmap.navigation.keepout import ForbiddenGround, block_stairs, cover_mask, make_keepout_mask
 from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner
 from stairmap.navigation.portals import make_portals
@@ -140,13 +141,13 @@ def test_stairs_cover_the_floor_below_them_up_to_headroom_and_the_well_above():
     (below,) = stair_rectangles(stairways[0], floors, 0)
     (above,) = stair_rectangles(stairways[0], floors, 1)
     assert below.length == pytest.approx(12 * 0.29 + 0.05, abs=0.3)
-    assert above.length == pytest.approx(17 * 0.29 + 0.30)
+    assert above.length == pytest.approx(17 * 0.29 + 2 * 0.30)
     assert below.width == above.width == pytest.approx(1.2)
 
 
 def test_the_descending_edge_is_forbidden_and_the_ground_behind_it_is_not():
     stairways, floors, _ = building(2)
-    mask = make_keepout_mask(stairways, floors, 1)
+    mask = make_keepout_mask(ForbiddenGround(stairways=tuple(stairways)), floors, 1)
     edge = 4.0 + 17 * 0.29
     assert mask.value_at((edge + 0.2, 2.0)) == 100
     assert mask.value_at((edge - 0.2, 2.0)) == 100
@@ -158,22 +159,22 @@ def test_the_descending_edge_is_forbidden_and_the_ground_behind_it_is_not():
 
 def test_a_floor_that_no_stairway_touches_needs_no_mask():
     _, floors, _ = building(4)
-    assert make_keepout_mask([], floors, 2) is None
+    assert make_keepout_mask(ForbiddenGround(), floors, 2) is None
 
 
 def test_a_mask_takes_the_extent_of_the_map():
     stairways, floors, _ = building(2)
     grid = empty_grid()
-    mask = make_keepout_mask(stairways, floors, 0, like=grid)
+    mask = make_keepout_mask(ForbiddenGround(stairways=tuple(stairways)), floors, 0, like=grid)
     assert mask.cells.shape == grid.cells.shape
     assert np.count_nonzero(mask.cells) == np.count_nonzero(
         cover_mask(grid, stair_rectangles(stairways[0], floors, 0))
     )
 
 
-def test_a_half_turn_covers_both_flights_and_its_landing_on_the_upper_floor():
+def test_a_half_turn_covers_both_flights_its_landing_and_its_eye_on_the_upper_floor():
     stairway = make_half_turn()
-    assert len(stair_rectangles(stairway, find_floors([stairway]), 1)) == 3
+    assert len(stair_rectangles(stairway, find_floors([stairway]), 1)) == 4
 
 
 def test_the_only_way_over_stairs_is_their_portal():

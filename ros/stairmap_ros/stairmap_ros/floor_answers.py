@@ -8,7 +8,7 @@ import numpy as np
 
 from stairmap.arrays import Vector
 from stairmap.navigation.floors import FloorError, FloorStack, find_floors
-from stairmap.navigation.footprints import forbidden_ground, make_keepout_mask
+from stairmap.navigation.keepout import forbidden_ground, make_keepout_mask
 from stairmap.navigation.occupancy import FREE, MapError, OccupancyGrid
 from stairmap.navigation.portals import ANY_ROBOT, Portal, make_portals
 from stairmap.navigation.robot_profile import RobotProfile
@@ -72,9 +72,9 @@ def answer_floors(
         return FloorAnswer()
     try:
         floors = find_floors(answer.stairways, way, camera_height=answer.camera_height, known=before.floors)
-        stairways, drops = forbidden_ground(answer.stairways, answer.drops, robot)
+        ground = forbidden_ground(answer.stairways, answer.drops, robot)
         masks = {
-            floor.level: make_keepout_mask(stairways, floors, floor.level, drops=drops) or EMPTY_MASK
+            floor.level: make_keepout_mask(ground, floors, floor.level) or EMPTY_MASK
             for floor in floors.floors
         }
     except (FloorError, MapError):  # no floor yet, or a localiser that jumps by kilometres

@@ -28,7 +28,7 @@ from stairmap.export.nav2 import (
 from stairmap.export.rmf import dump_rmf, rmf_from_route_graph
 from stairmap.export.spot import dump_spot
 from stairmap.export.stair_points import height_layer, ply_from_points, points_from_stairways
-from stairmap.navigation.footprints import block_stairs
+from stairmap.navigation.keepout import block_stairs
 from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.portals import ANY_ROBOT, make_portals
 from stairmap.navigation.robot_profile import RobotProfile, load_robot
@@ -138,7 +138,7 @@ def _export(name: str, task: _Task) -> tuple[Path, ...]:
     if name == "keepout":
         paths = dump_keepout_masks(stairways, floors, task.folder, drops=drops, robot=task.robot)
         if not paths:
-            typer.echo("no keep-out mask: the robot can climb every stairway, and no drop was seen", err=True)
+            typer.echo("no keep-out mask: no stairway and no drop forbids any ground to the robot", err=True)
         return paths
     if name == "spot":
         return dump_spot(stairways, task.folder, frame_id=task.building.frame_id)

@@ -17,7 +17,7 @@ from stairmap.export.nav2 import dump_json
 from stairmap.export.results import null_for_nan
 from stairmap.navigation.exploration import Candidate, find_candidates
 from stairmap.navigation.floors import FloorStack
-from stairmap.navigation.footprints import block_stairs
+from stairmap.navigation.keepout import block_stairs
 from stairmap.navigation.occupancy import OccupancyGrid, dump_map
 from stairmap.navigation.planner import FloorPlanner, Route
 from stairmap.navigation.portals import Portal, make_portals, note_obstacles

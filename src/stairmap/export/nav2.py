@@ -17,7 +17,7 @@ from stairmap.drop import Drop
 from stairmap.errors import OutputError
 from stairmap.export.results import null_for_nan
 from stairmap.navigation.floors import FloorStack
-from stairmap.navigation.footprints import forbidden_ground, make_keepout_mask
+from stairmap.navigation.keepout import forbidden_ground, make_keepout_mask
 from stairmap.navigation.occupancy import OccupancyGrid, dump_map
 from stairmap.navigation.portals import ANY_ROBOT
 from stairmap.navigation.robot_profile import RobotProfile
@@ -97,8 +97,8 @@ def dump_keepout_masks(
     drops
         Where the ground ends.
     robot
-        Stairs that it can climb stay open, and so do their own edges. ``None``: all are forbidden, as for
-        wheels.
+        Stairs that it can climb stay open, and so do their own edges, but not the sides of their wells.
+        ``None``: all are forbidden, as for wheels.
     grids
         Maps whose extent and resolution the masks take, by level.
 
@@ -111,11 +111,11 @@ def dump_keepout_masks(
     OutputError
         If a file cannot be written.
     """
-    forbidden, edges = forbidden_ground(stairways, drops, robot)
+    ground = forbidden_ground(stairways, drops, robot)
     paths = []
     for floor in floors.floors:
         like = None if grids is None else grids.get(floor.level)
-        mask = make_keepout_mask(forbidden, floors, floor.level, drops=edges, like=like)
+        mask = make_keepout_mask(ground, floors, floor.level, like=like)
         if mask is not None:
             paths.append(dump_map(mask, folder, f"{_MASK_NAME}{floor.level}"))
     return tuple(paths)

@@ -1,8 +1,9 @@
 """Where stairs are on the map of a floor: ground that wheels must never touch.
 
 On the floor below it is the part of the stairway under which nobody can pass; on the floor above it is the
-whole well, and a strip before each edge, which no depth camera sees as an obstacle. So it is on each floor
-that the well cuts in passing, and before every other drop.
+whole well with its open eye, and a strip before each edge, which no depth camera sees as an obstacle. So it
+is on each floor that the well cuts in passing, and before every other drop. A robot that climbs the stairs
+has them open, but not the sides of their well.
 """
 
 from __future__ import annotations
@@ -10,17 +11,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
 from stairmap.arrays import Float64Array, Mask
 from stairmap.drop import Drop
+from stairmap.geometry import wrapped_angle
 from stairmap.navigation.carried_stairs import carry_to_floors
 from stairmap.navigation.floors import FloorStack
-from stairmap.navigation.occupancy import FREE, OCCUPIED, MapError, OccupancyGrid
-from stairmap.navigation.robot_profile import RobotProfile
-from stairmap.navigation.traversability import assess
-from stairmap.stairway import Flight, Stairway
+from stairmap.stairway import Flight, Landing, Stairway
 
 HEADROOM = 2.0
 """Under stairs that are higher than this above a floor one can pass, m."""
@@ -38,14 +38,15 @@ PLACE_ERROR = 0.05
 """How far beyond its true place an edge may be modelled, m: stereo cameras fatten near ground by half a
 window, and a cell of a mask counts by its middle. The strip before it is so much wider."""
 
-MAX_DROP_OFFSET = 0.4
-"""A drop is on a floor within this of its height, m."""
+UNSEEN_SIDE = 0.60
+"""Stairs of which an end of the width was not seen may go on so far to that side, m: half a usual width."""
 
-_BORDER = 1.0
-"""Free border around the stairs of a mask that no map gives its extent, m."""
+_WAY_END = 0.6
+"""How far beyond both ends of a flight a robot climbs it, m."""
 
-MAX_CELLS = 200_000_000
-"""Most cells of such a mask: half a square kilometre of cells of 0.05 m."""
+MAX_EYE, OPPOSITE = 2.0, math.radians(150.0)
+"""Between two flights of a stairway that lead against each other, rad, and are so near, m, the well is
+open."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,33 +106,54 @@ def stair_rectangles(
             covered = int((floor_height + HEADROOM - flight.base[2]) / flight.rise)
         foot = edge = 0.0
         if flight is flights[0]:
-            # On a floor that the well cuts in passing, both ends of the hole are edges.
-            foot = EDGE_MARGIN if level not in (lower, upper) else FOOT_MARGIN if level == lower else 0.0
-            foot += carried.unknown_below if level == lower else 0.0
+            # On a floor above the first, both ends of the hole are edges.
+            foot = FOOT_MARGIN + carried.unknown_below if level == lower else EDGE_MARGIN
         if flight is flights[-1] and level != lower:
             edge = EDGE_MARGIN + carried.unknown_above
+        sides = (0.0, 0.0) if level == lower else tuple(side + unseen for unseen in _unseen_sides(flight))
         if covered > 0:
-            rectangles.append(_flight_rectangle(flight, min(covered, flight.num_risers), (foot, edge), side))
-    for landing in stairway.landings:
-        if level != lower or landing.center[2] < floor_height + HEADROOM:
-            rectangles.append(
-                Rectangle(
-                    center=(float(landing.center[0]), float(landing.center[1])),
-                    heading=landing.heading,
-                    length=landing.size[0] + 2 * side,
-                    width=landing.size[1] + 2 * side,
-                )
-            )
-    return tuple(rectangles)
+            ends = (foot, edge)
+            rectangles.append(_flight_rectangle(flight, min(covered, flight.num_risers), ends, sides))
+    rectangles += [
+        _landing_rectangle(landing, side)
+        for landing in stairway.landings
+        if level != lower or landing.center[2] < floor_height + HEADROOM
+    ]
+    return (*rectangles, *(() if level == lower else _open_eyes(flights)))
+
+
+def side_rectangles(
+    stairway: Stairway, floors: FloorStack, level: int
+) -> tuple[tuple[Rectangle, ...], tuple[Rectangle, ...]]:
+    """Return the edges of a well beside stairs that a robot climbs, and the ground on which it climbs them.
+
+    The second is open, also where it lies in the first. Both are empty but on the floors that the well cuts.
+    """
+    lower, upper = floors.levels[stairway.id]
+    if not lower < level <= upper:
+        return (), ()
+    flights = carry_to_floors(stairway, floors).stairway.flights
+    beside, ways = [], []
+    for flight in flights:
+        # Where an end of the width was not seen, the steps may go on, and so may the robot.
+        unseen = _unseen_sides(flight)
+        sides = tuple(value or EDGE_MARGIN for value in unseen)
+        beside.append(_flight_rectangle(flight, flight.num_risers, (0.0, 0.0), sides))
+        ends = (_WAY_END, _WAY_END)
+        ways.append(_flight_rectangle(flight, flight.num_risers, ends, unseen))
+    beside += [_landing_rectangle(landing, EDGE_MARGIN) for landing in stairway.landings]
+    ways += [_landing_rectangle(landing, 0.0) for landing in stairway.landings]
+    return (*beside, *_open_eyes(flights)), tuple(ways)
 
 
 def drop_rectangles(drops: Iterable[Drop], floors: FloorStack, level: int) -> tuple[Rectangle, ...]:
-    """Return the strips before the edges of a floor: from ``EDGE_MARGIN`` before each to a bit beyond."""
-    height = floors.floor(level).height
-    nearest = {drop.id: _level_of(drop, floors) for drop in drops}
+    """Return the strips before the edges of a floor: from ``EDGE_MARGIN`` before each to a bit beyond.
+
+    An edge is on the floor that is nearest to its height, however far that is: a ramp may lead to it.
+    """
     rectangles = []
     for drop in drops:
-        if nearest[drop.id] != level or abs(float(drop.center[2]) - height) > MAX_DROP_OFFSET:
+        if _level_of(drop, floors) != level:
             continue
         before = EDGE_MARGIN + PLACE_ERROR
         middle = drop.center + 0.5 * (BEYOND_EDGE - before) * drop.outward
@@ -150,124 +172,67 @@ def _level_of(drop: Drop, floors: FloorStack) -> int:
     return min(floors.floors, key=lambda floor: abs(floor.height - float(drop.center[2]))).level
 
 
-def cover_mask(grid: OccupancyGrid, rectangles: Iterable[Rectangle]) -> Mask:
-    """Return which cells of a grid have their centre in one of the rectangles."""
-    cells = np.indices(grid.cells.shape).astype(np.int64)
-    centers = grid.centers(cells[0], cells[1])
-    mask = np.zeros(grid.cells.shape, dtype=np.bool_)
-    for rectangle in rectangles:
-        mask |= rectangle.contains(centers)
-    return mask
-
-
-def block_stairs(
-    grid: OccupancyGrid,
-    stairways: Iterable[Stairway],
-    floors: FloorStack,
-    level: int,
-    *,
-    drops: Sequence[Drop] = (),
-) -> OccupancyGrid:
-    """Return a map of a floor on which the only way over stairs is their portal, and none over drops."""
-    rectangles = [
-        rectangle
-        for stairway in stairways
-        for rectangle in stair_rectangles(stairway, floors, level, drops=drops)
-    ]
-    rectangles += drop_rectangles(drops, floors, level)
-    cells = np.where(cover_mask(grid, rectangles), OCCUPIED, grid.cells).astype(np.int8)
-    return OccupancyGrid(cells=cells, resolution=grid.resolution, origin=grid.origin)
-
-
-def make_keepout_mask(
-    stairways: Sequence[Stairway],
-    floors: FloorStack,
-    level: int,
-    *,
-    drops: Sequence[Drop] = (),
-    like: OccupancyGrid | None = None,
-    resolution: float = 0.05,
-) -> OccupancyGrid | None:
-    """Return the ground of a floor that stairs and drops forbid: 100 there, 0 elsewhere.
-
-    Parameters
-    ----------
-    stairways
-        Those that are forbidden, such as all that a robot cannot climb.
-    floors, level
-        Which floor.
-    drops
-        Edges that are forbidden; see ``forbidden_ground``.
-    like
-        Map whose extent and resolution the mask takes; ``None``: around the stairs.
-    resolution
-        Size of a cell without ``like``, m.
-
-    Returns
-    -------
-    The mask; ``None`` where nothing touches the floor and no map gives an extent.
-
-    Raises
-    ------
-    MapError
-        If it would have more than ``MAX_CELLS`` cells.
-    """
-    rectangles = [
-        rectangle
-        for stairway in stairways
-        for rectangle in stair_rectangles(stairway, floors, level, drops=drops, side_margin=EDGE_MARGIN)
-    ]
-    rectangles += drop_rectangles(drops, floors, level)
-    if like is None:
-        if not rectangles:
-            return None
-        corners = np.concatenate([rectangle.corners() for rectangle in rectangles])
-        low = np.floor((corners.min(axis=0) - _BORDER) / resolution) * resolution
-        size = np.ceil((corners.max(axis=0) + _BORDER - low) / resolution).astype(int)
-        if float(size[0]) * float(size[1]) > MAX_CELLS:
-            wide, deep = size * resolution / 1000
-            raise MapError(
-                f"a keep-out mask of floor {level} would be {wide:.1f} x {deep:.1f} km large: its stairs and "
-                "drops lie so far apart; export a part of the run, or look whether its poses jump"
-            )
-        like = OccupancyGrid(
-            cells=np.zeros((size[1], size[0]), dtype=np.int8),
-            resolution=resolution,
-            origin=(float(low[0]), float(low[1])),
-        )
-    cells = np.where(cover_mask(like, rectangles), OCCUPIED, FREE)
-    return OccupancyGrid(cells=cells.astype(np.int8), resolution=like.resolution, origin=like.origin)
-
-
-def forbidden_ground(
-    stairways: Sequence[Stairway], drops: Sequence[Drop], robot: RobotProfile | None
-) -> tuple[tuple[Stairway, ...], tuple[Drop, ...]]:
-    """Return the stairways that a robot cannot climb, and the drops but those of stairs that it can.
-
-    ``None`` stands for any robot on wheels: all are forbidden.
-    """
-    if robot is None:
-        return tuple(stairways), tuple(drops)
-    passable = {stairway.id for stairway in stairways if assess(stairway, robot).verdict == "passable"}
+def _unseen_sides(flight: Flight) -> tuple[float, float]:
+    """How far steps may go on beyond the left and right end of their width, m."""
     return (
-        tuple(stairway for stairway in stairways if stairway.id not in passable),
-        tuple(drop for drop in drops if drop.stairway_id not in passable),
+        0.0 if flight.left_bounded else UNSEEN_SIDE,
+        0.0 if flight.right_bounded else UNSEEN_SIDE,
     )
 
 
 def _flight_rectangle(
-    flight: Flight, num_risers: int, margins: tuple[float, float], side: float
+    flight: Flight, num_risers: int, ends: tuple[float, float], sides: tuple[float, ...]
 ) -> Rectangle:
-    foot, edge = margins
+    """The first risers of a flight, with strips at its foot and edge, and at its left and right side, m."""
+    foot, edge = ends
+    left, right = sides
     begin = -foot
     # The tread of the last riser that counts belongs to the stairs, unless that is the floor itself.
     end = (num_risers - 1) * flight.run + edge
     if num_risers < flight.num_risers:
         end += flight.run
-    middle = flight.base + flight.forward * (begin + end) / 2
+    to_left = np.array([-flight.forward[1], flight.forward[0], 0.0])
+    middle = flight.base + flight.forward * (begin + end) / 2 + to_left * (left - right) / 2
     return Rectangle(
         center=(float(middle[0]), float(middle[1])),
         heading=flight.heading,
         length=end - begin,
-        width=flight.width + 2 * side,
+        width=flight.width + left + right,
     )
+
+
+def _landing_rectangle(landing: Landing, side: float) -> Rectangle:
+    return Rectangle(
+        center=(float(landing.center[0]), float(landing.center[1])),
+        heading=landing.heading,
+        length=landing.size[0] + 2 * side,
+        width=landing.size[1] + 2 * side,
+    )
+
+
+def _open_eyes(flights: Sequence[Flight]) -> tuple[Rectangle, ...]:
+    """The open ground between flights that lead against each other, with the strips before its ends."""
+    eyes = []
+    for first, second in combinations(flights, 2):
+        if abs(wrapped_angle(second.heading - first.heading)) < OPPOSITE:
+            continue
+        left = np.array([-first.forward[1], first.forward[0], 0.0])
+        ends = [second.base, second.base + (second.num_risers - 1) * second.run * second.forward]
+        along = [0.0, (first.num_risers - 1) * first.run]
+        along += [float((end - first.base) @ first.forward) for end in ends]
+        across = float(np.mean([(end - first.base) @ left for end in ends]))
+        gap = abs(across) - (first.width + second.width) / 2
+        if not 0.0 < gap <= MAX_EYE:
+            continue
+        begin, end = min(along) - EDGE_MARGIN, max(along) + EDGE_MARGIN
+        aside = math.copysign((first.width + gap) / 2, across)
+        middle = first.base + first.forward * (begin + end) / 2 + left * aside
+        eyes.append(
+            Rectangle(
+                center=(float(middle[0]), float(middle[1])),
+                heading=first.heading,
+                length=end - begin,
+                width=gap,
+            )
+        )
+    return tuple(eyes)
