@@ -17,7 +17,9 @@ from cloud_files import (
     write_las,
     write_xyz,
 )
+from e57_files import SCAN, e57_content, paged, posed, write_e57
 from stairmap.errors import RecordingError
+from stairmap.recordings.clouds.foreign_errors import refused_as
 from stairmap.recordings.clouds.lzf import decompress_lzf
 from stairmap.recordings.clouds.open import open_cloud
 from stairmap.recordings.clouds.sampling import sample_points
@@ -35,6 +37,7 @@ WRITERS = {
     "map.las": write_las,
     "map.laz": write_las,
     "map.xyz": write_xyz,
+    "map.e57": write_e57,
 }
 
 
@@ -51,7 +54,7 @@ def test_points_come_back_as_they_were_written(tmp_path: Path, name: str) -> Non
     assert cloud.num_points in (None, len(POINTS))
 
 
-@pytest.mark.parametrize("name", ["ascii.ply", "map.las", "map.xyz"])
+@pytest.mark.parametrize("name", ["ascii.ply", "map.las", "map.xyz", "map.e57"])
 def test_places_on_national_grids_keep_their_millimetres(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     WRITERS[name](path, POINTS + FAR)
@@ -209,3 +212,37 @@ def test_lzf_repeats_what_it_refers_to() -> None:
 def test_broken_lzf_is_refused(packed: bytes, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         decompress_lzf(packed, 3)
+
+
+def test_scans_of_an_e57_file_are_placed_by_their_poses(tmp_path: Path) -> None:
+    # One stands a metre up and is turned by a quarter about z; the other has no pose.
+    write_e57(tmp_path / "map.e57", POINTS, scans=SCAN + posed(SCAN))
+
+    read = np.concatenate(list(open_cloud(tmp_path / "map.e57").chunks()))
+
+    assert read[: len(POINTS)] == pytest.approx(POINTS)
+    turned = np.stack([-POINTS[:, 1], POINTS[:, 0], POINTS[:, 2] + 1.0], axis=1)
+    assert read[len(POINTS) :] == pytest.approx(turned)
+
+
+def test_e57_file_of_images_alone_is_told_so(tmp_path: Path) -> None:
+    write_e57(tmp_path / "map.e57", POINTS, scans="")
+    with pytest.raises(RecordingError, match=r"expected scans in .* but it holds none"):
+        list(open_cloud(tmp_path / "map.e57").chunks())
+
+
+def test_panic_of_a_package_is_a_message(tmp_path: Path) -> None:
+    # The section of points does not begin with 1: its library panics, which is no Exception in Python.
+    content = bytearray(e57_content(POINTS))
+    content[48] = 7
+    (tmp_path / "map.e57").write_bytes(paged(bytes(content)))
+    with pytest.raises(RecordingError, match=r"cannot read .* as E57: .*Section ID"):
+        list(open_cloud(tmp_path / "map.e57").chunks())
+
+
+def test_wish_to_end_is_no_error_of_a_file() -> None:
+    for wish in (KeyboardInterrupt, SystemExit):
+        with pytest.raises(wish), refused_as("cannot read it"):
+            raise wish
+    with pytest.raises(RecordingError, match=r"^cannot read it: TypeError$"), refused_as("cannot read it"):
+        raise TypeError

@@ -7,13 +7,14 @@
 from __future__ import annotations
 
 import io
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
+from stairmap.array_files import load_arrays
 from stairmap.errors import OutputError, TrajectoryError
 from stairmap.export.results import stairways_json
+from stairmap.input_files import quoted
 from stairmap.modeling.mapper import MapperState
 from stairmap.output_files import write_whole, write_whole_text
 from stairmap.session import MapSessionState
@@ -57,35 +58,40 @@ def load_map(path: Path, stairway_map: StairwayMap, *, map_frame: str) -> int:
     if not path.exists():
         return 0
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            schema, saved_frame = int(arrays["schema"]), str(arrays["map_frame"])
-            if schema not in READABLE_SCHEMAS:
-                known = " and ".join(str(readable) for readable in READABLE_SCHEMAS)
-                raise MapFileError(
-                    f"map_file {path} has schema {schema}, this node reads {known}; name another map_file"
-                )
-            if saved_frame != map_frame:
-                raise MapFileError(
-                    f"map_file {path} was made in the coordinate frame '{saved_frame}', map_frame is now "
-                    f"'{map_frame}'; name another map_file"
-                )
-            modeler = MapperState(
-                observations=arrays["observations"],
-                edges=arrays["edges"],
-                ids=arrays["ids"],
-                next_id=int(arrays["next_id"]),
-                **({"looks": arrays["looks"]} if schema > 1 else {}),
+        arrays = load_arrays(path, error_type=MapFileError)
+        schema, saved_frame = int(arrays["schema"]), str(arrays["map_frame"])
+        if schema not in READABLE_SCHEMAS:
+            known = " and ".join(str(readable) for readable in READABLE_SCHEMAS)
+            raise MapFileError(
+                f"map_file {path} has schema {schema}, this node reads {known}; name another map_file"
             )
-            poses = arrays["map_from_camera"]
-            ground = {name: arrays[name] for name in ("ground_views", "ground_edges") if schema > 2}
-            state = MapSessionState(
-                modeler=modeler, stamps_ns=index_stamps_ns(len(poses)), map_from_camera=poses, **ground
+        if saved_frame != map_frame:
+            raise MapFileError(
+                f"map_file {path} was made in the coordinate frame {quoted(saved_frame)}, map_frame is now "
+                f"'{map_frame}'; name another map_file"
             )
-            snapshot = MapSnapshot(state=state, stamps_ns=arrays["stamps_ns"])
+        for name in ("observations", "looks", "ground_views", "ground_edges"):
+            if name in arrays and "stamp_ns" not in (arrays[name].dtype.names or ()):
+                raise ValueError(f"its {name} are no records with a stamp")
+        modeler = MapperState(
+            observations=arrays["observations"],
+            edges=arrays["edges"],
+            ids=arrays["ids"],
+            next_id=int(arrays["next_id"]),
+            **({"looks": arrays["looks"]} if schema > 1 else {}),
+        )
+        poses = arrays["map_from_camera"]
+        ground = {name: arrays[name] for name in ("ground_views", "ground_edges") if schema > 2}
+        state = MapSessionState(
+            modeler=modeler, stamps_ns=index_stamps_ns(len(poses)), map_from_camera=poses, **ground
+        )
+        snapshot = MapSnapshot(state=state, stamps_ns=arrays["stamps_ns"])
         stairway_map.restore(snapshot)
-    except (
-        OSError, EOFError, KeyError, ValueError, TypeError, RuntimeError, zipfile.BadZipFile, TrajectoryError
-    ) as error:  # fmt: skip
+    except KeyError as error:
+        raise MapFileError(
+            f"cannot go on from map_file {path}: it lacks the array {error}; move it away to start anew"
+        ) from error
+    except (ValueError, TypeError, RuntimeError, TrajectoryError) as error:
         raise MapFileError(
             f"cannot go on from map_file {path}: {error}; move it away to start anew"
         ) from error

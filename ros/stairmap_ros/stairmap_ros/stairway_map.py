@@ -209,8 +209,10 @@ class StairwayMap:
         shown = {kind: np.isin(state.stamps_ns, of_kind) for kind, of_kind in stamps.items()}
         if not np.any(list(shown.values()), axis=0).all():
             raise ValueError("it has images that show nothing of the map")
-        if len(snapshot.stamps_ns) != len(poses):
+        if snapshot.stamps_ns.shape != (len(poses),):
             raise ValueError(f"{len(snapshot.stamps_ns)} images have {len(poses)} poses")
+        if np.isnan(poses).any():
+            raise ValueError("it has images without a pose")
         self._restorable_session().restore(state)
         shown[ViewKind.MISSED_STAIRS] &= ~shown[ViewKind.STAIRS]
         shown[ViewKind.GROUND] &= ~shown[ViewKind.DROP]

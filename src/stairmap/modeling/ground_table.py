@@ -8,6 +8,7 @@ from stairmap.arrays import Float64Array, Mask, Points, Transform
 from stairmap.detection.drops import DropEdge
 from stairmap.detection.ground import NUM_RANGE_BINS, RANGE_BIN, GroundView
 from stairmap.modeling.observation_table import with_room
+from stairmap.modeling.saved_records import check_records
 
 NUM_BEARINGS = 48
 """What was seen is kept along this many bearings: 1.2 degrees apart in an ordinary camera's view."""
@@ -64,13 +65,10 @@ class GroundTable:
         Raises
         ------
         ValueError
-            If the records have other fields, or an edge is of no view.
+            If the records have other fields or hold numbers that are none, or an edge is of no view.
         """
-        for records, fields, name in ((views, VIEW_FIELDS, "views"), (edges, EDGE_FIELDS, "edges")):
-            if records.dtype != fields:
-                raise ValueError(
-                    f"the ground's {name} have the fields {records.dtype.names}, expected {fields.names}"
-                )
+        check_records("ground's views", views, VIEW_FIELDS)
+        check_records("ground's edges", edges, EDGE_FIELDS, may_be_unknown=("depth",))
         if not np.isin(edges["stamp_ns"], views["stamp_ns"]).all():
             raise ValueError("an edge of the ground is of a frame without a view")
         table = cls()

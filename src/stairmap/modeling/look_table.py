@@ -12,6 +12,7 @@ import numpy as np
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.modeling.looks import Look
 from stairmap.modeling.observation_table import rotated, with_room
+from stairmap.modeling.saved_records import check_records
 from stairmap.stairway import Flight
 from stairmap.transforms import invert_transform, transform_points
 
@@ -56,10 +57,9 @@ class LookTable:
         Raises
         ------
         ValueError
-            If the records have other fields.
+            If the records have other fields or hold numbers that are none.
         """
-        if records.dtype != LOOK_FIELDS:
-            raise ValueError(f"the looks have the fields {records.dtype.names}, expected {LOOK_FIELDS.names}")
+        check_records("looks", records, LOOK_FIELDS)
         table = cls()
         table._records, table._num = records.copy(), len(records)
         return table

@@ -23,6 +23,9 @@ from stairmap.modeling.pose_drift import CameraWay, widened_by_drift
 from stairmap.stairway import Flight, Stairway
 from stairmap.trajectory import Trajectory
 
+MAX_ID = 10_000_000
+"""More stairways than this no saved state has given an id: the map would have been full before."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapperState:
@@ -113,12 +116,17 @@ class StairwayMapper:
         ValueError
             If its records are not of this version, or do not belong together.
         """
-        if len(state.ids) != len(state.observations):
+        if state.ids.shape != (len(state.observations),):
             raise ValueError(f"{len(state.observations)} observations have {len(state.ids)} ids")
+        ids = np.array(state.ids, dtype=np.int64)
+        if not 1 <= state.next_id <= MAX_ID or (len(ids) and not 0 <= ids.min() <= ids.max() < state.next_id):
+            raise ValueError(
+                f"expected ids from 0 to {state.next_id - 1:,}, the last one given, below {MAX_ID:,}"
+            )
         self._start(
             ObservationTable.from_records(state.observations, state.edges),
             LookTable.from_records(state.looks),
-            np.array(state.ids, dtype=np.int64),
+            ids,
         )
         self._next_id = state.next_id
 

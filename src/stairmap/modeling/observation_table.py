@@ -13,6 +13,7 @@ import numpy as np
 from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.detection.observation import StairObservation
 from stairmap.geometry import cross
+from stairmap.modeling.saved_records import check_each, check_records
 
 OBSERVATION_FIELDS = np.dtype(
     [
@@ -57,6 +58,9 @@ EDGE_FIELDS = np.dtype(
 _LATER_FIELDS = ("overhang", "overhang_std", "forward_std", "up_std", "from_below")
 """Fields that records of earlier versions lack; NaN, unknown, where they are read, or worked out."""
 
+MAX_STEP_INDEX = 1_000
+"""Largest index of a step in a saved record: no flight has half as many."""
+
 DEFAULT_VARIANCES = (0.02**2, 0.02**2, 0.03**2, 0.03**2, np.radians(3.0) ** 2)
 """Variances of (rise, run, forward, up, heading) for a detector that gives no covariance."""
 
@@ -82,20 +86,23 @@ class ObservationTable:
         Raises
         ------
         ValueError
-            If the records have other fields, or an edge belongs to no observation or to one before that of
-            the edge before it.
+            If the records have other fields or hold numbers that are none, or an edge belongs to no
+            observation or to one before that of the edge before it, or an observation has no edge.
         """
         observations = _with_all_fields("observations", observations, OBSERVATION_FIELDS)
         edges = _with_all_fields("edges", edges, EDGE_FIELDS)
+        _check_values(observations, edges)
         owners = edges["observation"]
         if len(owners) and not 0 <= owners.min() <= owners.max() < len(observations):
             raise ValueError(f"an edge belongs to none of the {len(observations)} observations")
         if (np.diff(owners) < 0).any():
             raise ValueError("the edges are not in the order of their observations")
+        num_edges = np.bincount(owners, minlength=len(observations))
+        check_each("observations", "an edge", num_edges > 0)
         table = cls()
         table._observations, table._num_observations = observations.copy(), len(observations)
         table._edges, table._num_edges = edges.copy(), len(edges)
-        table._edge_ends = np.cumsum(np.bincount(owners, minlength=len(observations)))
+        table._edge_ends = np.cumsum(num_edges)
         return table
 
     def __len__(self) -> int:
@@ -177,6 +184,8 @@ def _with_all_fields(
     name: str, records: np.ndarray[tuple[int], np.dtype[np.void]], fields: np.dtype[np.void]
 ) -> np.ndarray[tuple[int], np.dtype[np.void]]:
     """The records as this version has them; fields that came in later are unknown."""
+    if records.ndim != 1 or not records.dtype.names:
+        raise ValueError(f"the {name} are {records.dtype} of shape {records.shape}, expected records")
     if records.dtype == fields:
         return records
     full = np.zeros(len(records), dtype=fields)
@@ -192,6 +201,17 @@ def _with_all_fields(
         # Seen from above, a flight heads towards the camera that version had; a LiDAR looks all round.
         full[field] = records["forward"][:, 2] > 0 if field == "from_below" else np.nan
     return full
+
+
+def _check_values(
+    observations: np.ndarray[tuple[int], np.dtype[np.void]], edges: np.ndarray[tuple[int], np.dtype[np.void]]
+) -> None:
+    check_records("observations", observations, OBSERVATION_FIELDS, may_be_unknown=_LATER_FIELDS)
+    check_records("edges", edges, EDGE_FIELDS, may_be_unknown=_LATER_FIELDS)
+    for field in ("rise", "run", *(name for name in OBSERVATION_FIELDS.names or () if "variance" in name)):
+        check_each("observations", f"a {field} above 0", observations[field] > 0)
+    check_each("observations", "a left side left of the right", observations["left"] > observations["right"])
+    check_each("edges", f"an index within {MAX_STEP_INDEX}", np.abs(edges["index"]) <= MAX_STEP_INDEX)
 
 
 def with_room(records: Any, wanted: int) -> Any:

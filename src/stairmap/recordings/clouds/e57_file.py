@@ -11,6 +11,7 @@ from stairmap.arrays import Points
 from stairmap.errors import MissingPackageError, RecordingError
 from stairmap.input_files import shown
 from stairmap.recordings.clouds.cloud import CHUNK_POINTS, Cloud
+from stairmap.recordings.clouds.foreign_errors import refused_as
 
 
 def open_e57(path: Path) -> Cloud:
@@ -19,7 +20,7 @@ def open_e57(path: Path) -> Cloud:
     Raises
     ------
     RecordingError
-        If it cannot be read.
+        If it cannot be read, or holds no scan.
     MissingPackageError
         If e57 is not installed.
     """
@@ -29,13 +30,10 @@ def open_e57(path: Path) -> Cloud:
         raise MissingPackageError("e57", "e57", "reading E57 files") from error
 
     def read() -> Iterator[Points]:
-        try:
+        with refused_as(f"cannot read {shown(path)} as E57"):
+            if "<points" not in str(e57.raw_xml(str(path))):
+                raise RecordingError(f"expected scans in {shown(path)}, but it holds none; export them too")
             points = np.asarray(e57.read_points(str(path)).points, dtype=np.float64).reshape(-1, 3)
-        except Exception as error:
-            # The package raises whatever its Rust library meets.
-            raise RecordingError(
-                f"cannot read {shown(path)} as E57: {' '.join(str(error).split())}"
-            ) from error
         for start in range(0, len(points), CHUNK_POINTS):
             yield points[start : start + CHUNK_POINTS]
 

@@ -8,12 +8,12 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from stairmap.array_files import load_arrays
 from stairmap.arrays import Points
 from stairmap.errors import RecordingError
 from stairmap.height_grid import HeightGrid
@@ -46,16 +46,13 @@ def open_height_grid(path: Path) -> Cloud:
 def _load(path: Path) -> HeightGrid:
     expected = "expected heights (num_x, num_y; m) and resolution (m)"
     try:
-        with np.load(path, allow_pickle=False) as saved:
-            missing = [name for name in ("heights", "resolution") if name not in saved]
-            if missing:
-                raise RecordingError(
-                    f"{expected} in {shown(path)}, but it has {', '.join(saved.files) or 'nothing'}"
-                )
-            heights = np.asarray(saved["heights"], dtype=np.float32)
-            resolution = float(saved["resolution"])
-            origin = np.asarray(saved.get("origin", [0.0, 0.0]), dtype=np.float64)
-    except (OSError, ValueError, TypeError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        saved = load_arrays(path, error_type=RecordingError)
+        if not {"heights", "resolution"} <= set(saved):
+            raise RecordingError(f"{expected} in {shown(path)}, but it has {', '.join(saved) or 'nothing'}")
+        heights = np.asarray(saved["heights"], dtype=np.float32)
+        resolution = float(saved["resolution"])
+        origin = np.asarray(saved.get("origin", [0.0, 0.0]), dtype=np.float64)
+    except (ValueError, TypeError, OverflowError) as error:
         raise RecordingError(f"{expected} in {shown(path)}: {' '.join(str(error).split())[:200]}") from error
     if heights.size > MAX_CELLS or origin.shape not in {(2,), (3,)} or not np.isfinite(origin).all():
         raise RecordingError(

@@ -12,6 +12,7 @@ from stairmap.arrays import Points
 from stairmap.errors import MissingPackageError, RecordingError
 from stairmap.input_files import shown
 from stairmap.recordings.clouds.cloud import CHUNK_POINTS, MAX_POINTS, PIECE_POINTS, Cloud
+from stairmap.recordings.clouds.foreign_errors import refused_as
 from stairmap.recordings.clouds.las_header import check_las_header, check_laz_chunks
 from stairmap.recordings.clouds.records import piece_starts
 
@@ -49,15 +50,10 @@ def _open(path: Path) -> Any:
         import laspy  # noqa: PLC0415
     except ImportError as error:
         raise MissingPackageError("laspy", "clouds", "reading LAS and LAZ files") from error
-    try:
+    with refused_as(f"cannot read {shown(path)} as LAS"):
         reader = laspy.open(path)
         for record in reader.header.vlrs.get("LasZipVlr"):
             check_laz_chunks(path, record.record_data)
-    except RecordingError:
-        raise
-    except Exception as error:
-        # laspy passes on whatever struct, numpy and the decompressor raise at a broken header.
-        raise RecordingError(f"cannot read {shown(path)} as LAS: {_one_line(error)}") from error
     return reader
 
 
@@ -66,15 +62,11 @@ def _read(path: Path, num_points: int) -> Iterator[Points]:
     with _open(path) as reader:
         chunks = reader.chunk_iterator(CHUNK_POINTS)
         while True:
-            try:
-                chunk = next(chunks)
+            with refused_as(f"{shown(path)} could be read up to point {count:,} of {num_points:,}"):
+                chunk = next(chunks, None)
+                if chunk is None:
+                    break
                 points = np.stack([np.asarray(chunk.x), np.asarray(chunk.y), np.asarray(chunk.z)], axis=1)
-            except StopIteration:
-                break
-            except Exception as error:
-                raise RecordingError(
-                    f"{shown(path)} could be read up to point {count:,} of {num_points:,}: {_one_line(error)}"
-                ) from error
             count += len(points)
             yield points
     if count < num_points:
@@ -93,15 +85,7 @@ def _sample(path: Path, num_points: int) -> Iterator[Points]:
 
 
 def _read_piece(reader: Any, path: Path, start: int, count: int) -> Points:
-    try:
+    with refused_as(f"{shown(path)} could not be read at point {start:,}"):
         reader.seek(start)
         piece = reader.read_points(count)
         return np.stack([np.asarray(piece.x), np.asarray(piece.y), np.asarray(piece.z)], axis=1)
-    except Exception as error:
-        raise RecordingError(
-            f"{shown(path)} could not be read at point {start:,}: {_one_line(error)}"
-        ) from error
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
