@@ -248,3 +248,14 @@ def test_a_robot_that_takes_stairs_in_one_direction_is_planned_that_way(tower, t
         stairmap("plan", folder, *floors, "--robot", tmp_path / "wrong.yaml"),
         "stair_directions: should be 'both', 'up' or 'down', got 'sideways'",
     )
+
+
+def test_spot_is_told_of_no_stairs_that_the_robot_cannot_climb(tower, tmp_path):
+    pytest.importorskip("bosdyn.api")
+    folder, _ = tower
+    out = tmp_path / "out"
+    assert stairmap("export", folder, "-f", "spot", "--robot", "spot", "-o", out).code == 0
+    assert [path.name for path in out.iterdir()] == ["spot_stairway_1_flight_1.pb"]
+    outcome = stairmap("export", folder, "-f", "spot", "--robot", "wheeled", "-o", out)
+    check_refused(outcome, "none of 1 stairways can be used by wheeled robot")
+    assert not list(out.iterdir())

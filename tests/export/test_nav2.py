@@ -521,3 +521,21 @@ def test_no_floor_edge_passes_a_wall_right_beside_a_staging_pose(tmp_path):
     walled = {**grids, 0: replace(grids[0], cells=cells)}
     graph = make_route_graph(portals, profile, walled)
     assert not [edge for edge in graph.edges if edge.kind == "floor" and graph.nodes[edge.start].level == 0]
+
+
+@pytest.mark.parametrize("value", [0, -1])
+def test_no_floor_edge_leads_over_ground_that_nobody_saw(value):
+    """Half a metre of it before a staging pose was taken for free."""
+    stairways = [
+        make_stairway(make_flight(base=(0, y, 0.0), num_risers=18), stairway_id=number)
+        for number, y in ((1, 0.0), (2, 6.0))
+    ]
+    profile = load_robot("spot")
+    portals = make_portals(stairways, find_floors(stairways), profile)
+    grids = free_floors(stairways)
+    row, column = grids[0].cells_at(portals[0].lower.position)[0][0]
+    cells = grids[0].cells.copy()
+    cells[row - 2 : row + 3, column - 2 : column + 3] = value
+    graph = make_route_graph(portals, profile, {**grids, 0: replace(grids[0], cells=cells)})
+    edges = [edge for edge in graph.edges if edge.kind == "floor" and graph.nodes[edge.start].level == 0]
+    assert bool(edges) == (value == 0)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import builtins
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from stairmap.errors import MissingPackageError, OutputError
 from stairmap.export.spot import dump_spot
+from stairmap.navigation.floors import Floor, FloorStack
 from stairmap.stairway import Landing
 from stairmap.transforms import rotation_from_quat
 from walkable_stairways import make_flight, make_half_turn, make_stairway
@@ -146,3 +148,29 @@ def test_each_flight_of_three_has_the_landings_before_and_behind_it(tmp_path):
     middle = read(paths[1])
     assert vector(middle.bottom_landing.stairs_tform_landing_center.position) == pytest.approx([-0.8, 0, 0])
     assert vector(middle.top_landing.stairs_tform_landing_center.position) == pytest.approx([3.2, 0, 1.7])
+
+
+@pytest.mark.parametrize("end", ["bottom", "top"])
+def test_where_nobody_saw_the_end_of_the_steps_spot_is_told_no_landing(tmp_path, end):
+    """It was told 1 m of free ground, in the middle of the stairs."""
+    stairway = make_stairway(make_flight(**{f"{end}_seen": False}))
+    (path,) = dump_spot([stairway], tmp_path)
+    message = read(path)
+    assert message.HasField(f"{end}_landing") is False
+    assert message.HasField({"top": "bottom_landing", "bottom": "top_landing"}[end])
+    # A robot stood at the height of that end.
+    height = 0.0 if end == "bottom" else 1.7
+    floors = FloorStack(
+        floors=(Floor(level=0, height=height, is_explored=True),), levels={1: (0, 0)},
+        open_ends={1: (False, False)},
+    )  # fmt: skip
+    (tmp_path / "known").mkdir()
+    (path,) = dump_spot([stairway], tmp_path / "known", floors=floors)
+    assert read(path).HasField(f"{end}_landing")
+
+
+def test_the_landing_between_two_flights_is_told_whatever_was_seen_of_their_ends(tmp_path):
+    turn = make_half_turn()
+    flights = (replace(turn.flights[0], top_seen=False), replace(turn.flights[1], bottom_seen=False))
+    lower, upper = dump_spot([replace(turn, flights=flights)], tmp_path)
+    assert read(lower).HasField("top_landing") and read(upper).HasField("bottom_landing")

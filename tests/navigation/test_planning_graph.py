@@ -182,3 +182,17 @@ def test_stairs_with_one_end_only_are_not_used_and_it_is_said_which():
     graph = graph_of({0: grid_of(columns=8), 1: grid_of(columns=8)}, [portal_at(1.0, 3.1)])
     assert graph.stairs == {}
     assert graph.reasons == ("stairway 1 (floor 0 to 1) ends where the robot cannot be on floor 1",)
+
+
+def test_no_point_stands_for_ground_behind_a_wall():
+    """Between two walls, too near for the robot, it stood for the room behind one of them."""
+    grid = grid_of(rows=60, columns=60, resolution=0.05)
+    cells = np.array(grid.cells)
+    cells[27, :] = cells[33, :] = OCCUPIED
+    walled = OccupancyGrid(cells=cells, resolution=0.05, origin=grid.origin)
+    numbers = np.where(np.abs(np.arange(60)[:, None] - 30) > 7, np.arange(3600).reshape(60, 60), -1)
+    place = (30.5 * 0.05, 30.5 * 0.05)
+    assert nearest_node(walled, numbers, place) is None
+    assert nearest_node(grid, numbers, place) is not None
+    # Who stands in what the map calls an obstacle, gets out of it: a strip before an edge, noise.
+    assert nearest_node(walled, numbers, (30.5 * 0.05, 27.5 * 0.05)) is not None

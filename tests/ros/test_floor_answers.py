@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,9 +11,12 @@ from analytic_stairs import pose_looking
 from drop_scenes import dock, stairs_down
 from solid_scenes import frame_of
 from stairmap.config import Config
+from stairmap.detection.drops import DropEdge
 from stairmap.detection.observation import Detection
+from stairmap.modeling.landings import top_of
 from stairmap.navigation.robot_profile import load_robot
 from stairmap.simulation.triangle_mesh import TriangleMesh, make_rectangle
+from stairmap.transforms import transform_points
 from stairmap_ros.floor_answers import (
     EMPTY_MASK,
     FloorAnswer,
@@ -141,6 +146,25 @@ def test_stairs_down_are_forbidden_to_wheels_and_a_way_for_who_climbs_them(at_st
     assert num_forbidden[1] == 0
     assert len(near_middle(at_stairs.points())) > 10
     assert len(near_middle(at_stairs.points(passable))) == 0
+
+
+def test_the_side_of_a_well_is_an_obstacle_to_who_climbs_its_stairs(at_stairs: Drive) -> None:
+    """Edges of a first image within 0.4 m of the stairs were taken for theirs, whichever way they ran."""
+    answer = at_stairs.map.answer()
+    (flight,) = answer.stairways[0].flights
+    passable = passable_ids(answer, load_robot("spot"))
+    left = np.array([-flight.forward[1], flight.forward[0], 0.0])
+    ends = {"side": (0.6 * left, 0.6 * left - flight.forward), "front": (0.5 * left, -0.5 * left)}
+    camera_from_map = np.linalg.inv(at_stairs.pose)
+    for name, offsets in ends.items():
+        edge = transform_points(camera_from_map, top_of(flight) + np.array(offsets))
+        seen = replace(
+            at_stairs.detection,
+            observations=(),
+            drops=(DropEdge(edge=edge, depth=1.0, num_rays=9),),
+        )
+        points = obstacle_points(replace(answer, drops=()), passable, seen, at_stairs.pose)
+        assert (len(points) > 20) == (name == "side")
 
 
 def near_cells(answer: FloorAnswer) -> np.ndarray:

@@ -51,8 +51,8 @@ class LiveState:
     way
         Poses of the images in the map; ``None`` before the first.
     detection, map_from_camera, stamp_ns
-        What the newest image shows, the (4, 4) pose it was taken from, and when, nanoseconds; ``None`` and 0
-        before the first.
+        What the newest image shows, or without a camera the newest window of sweeps, the (4, 4) pose it was
+        taken from, and when, nanoseconds; ``None`` and 0 before the first.
     """
 
     answer: MapAnswer
@@ -84,6 +84,7 @@ class LiveMap:
         self._newest_ns = 0
         self._newest_pose: Transform | None = None
         self._newest_detection: Detection | None = None
+        self._has_image = False
         self._begin_way()
 
     @property
@@ -120,6 +121,7 @@ class LiveMap:
             is_of_this_way = way is self._corrections
             if image.map_from_body is not None and is_of_this_way:
                 self._corrections.add(image.stamp_ns, image.map_from_body)
+            self._has_image = self._has_image or is_of_this_way
             if image.stamp_ns >= self._newest_ns and is_of_this_way:
                 self._newest_ns, self._newest_pose = image.stamp_ns, image.map_from_camera
                 self._newest_detection = detection
@@ -143,6 +145,8 @@ class LiveMap:
             if map_from_body is not None:
                 self._corrections.add(detection.stamp_ns, map_from_body)
             self._newest_ns = max(self._newest_ns, detection.stamp_ns)
+            if not self._has_image:  # a robot without a camera
+                self._newest_pose, self._newest_detection = map_from_sensor, detection
             self._publish(self._map.answer(), self._newest_ns)
 
     def correct(self, path: Trajectory) -> None:
@@ -193,3 +197,4 @@ class LiveMap:
     def _begin_way(self) -> None:
         self._corrections = PathCorrections(first=len(self._map.viewpoints))
         self._newest_ns, self._newest_pose, self._newest_detection = 0, None, None
+        self._has_image = False

@@ -30,6 +30,9 @@ BELOW_CAMERA, ABOVE_CAMERA = 2.5, 0.5
 NEAR_STAIRS = 0.4
 """An edge of the image at hand within this of stairs that the robot can climb is theirs, m."""
 
+MAX_ASLANT = 0.6
+"""Sine of the largest angle, 37 degrees, between the nosings of stairs and an edge that is theirs."""
+
 
 def obstacle_points(
     answer: MapAnswer, passable: Iterable[int], detection: Detection | None, map_from_camera: Transform | None
@@ -76,10 +79,16 @@ def _end_edges(stairway: Stairway) -> list[Points]:
 
 
 def _is_near(edge: Points, stairways: Sequence[Stairway]) -> bool:
-    """Whether the middle of an edge lies on or right before one of some stairways."""
-    middle = edge.mean(axis=0)
+    """Whether an edge lies across some stairways, and its middle on or right before one.
+
+    An edge along stairs is the side of their well, which nobody may step over.
+    """
+    middle, along = edge.mean(axis=0), edge[1] - edge[0]
+    length = max(float(np.linalg.norm(along)), 1e-9)
     for stairway in stairways:
         for flight in stairway.flights:
+            if abs(float(along @ flight.forward)) > MAX_ASLANT * length:
+                continue
             offset = middle - flight.box.center
             left = np.array([-flight.forward[1], flight.forward[0], 0.0])
             box = flight.box

@@ -91,13 +91,16 @@ class StairwayMap:
 
     @property
     def trajectory(self) -> Trajectory | None:
-        """Poses of the images in the map by their index stamps, without those of LiDARs; ``None`` if none."""
+        """Poses of the images in the map by their index stamps, else those of the LiDAR; ``None`` if none.
+
+        One way is of one sensor: a LiDAR is mounted higher or lower than the camera.
+        """
         if not self._session.num_frames:
             return None
         way = self._session.trajectory()
         is_image = ~np.isin(way.stamps_ns, list(self._point_stamps))
         if not is_image.any():
-            return None
+            return way
         return Trajectory(stamps_ns=way.stamps_ns[is_image], map_from_camera=way.map_from_camera[is_image])
 
     @property
@@ -214,6 +217,9 @@ class StairwayMap:
         if np.isnan(poses).any():
             raise ValueError("it has images without a pose")
         self._restorable_session().restore(state)
+        if shown[ViewKind.GROUND].any():
+            # Sweeps show no ground, and images of stairs nearly always some.
+            self._point_stamps = set(state.stamps_ns[~shown[ViewKind.GROUND]].tolist())
         shown[ViewKind.MISSED_STAIRS] &= ~shown[ViewKind.STAIRS]
         shown[ViewKind.GROUND] &= ~shown[ViewKind.DROP]
         for index, (stamp_ns, pose) in enumerate(zip(snapshot.stamps_ns, poses, strict=True)):

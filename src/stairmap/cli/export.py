@@ -10,7 +10,7 @@ import typer
 
 from stairmap.cli.floor_grids import FloorMaps, load_floor_grids
 from stairmap.cli.requests import ExportRequest
-from stairmap.errors import ConfigError, StairmapError
+from stairmap.errors import ConfigError, OutputError, StairmapError
 from stairmap.export.building import Building, load_building
 from stairmap.export.geojson import EarthAnchor, osm_from_stairways
 from stairmap.export.ifc import dump_ifc
@@ -28,7 +28,7 @@ from stairmap.export.nav2 import (
 from stairmap.export.rmf import dump_rmf, rmf_from_route_graph
 from stairmap.export.spot import dump_spot
 from stairmap.export.stair_points import height_layer, ply_from_points, points_from_stairways
-from stairmap.navigation.keepout import block_stairs
+from stairmap.navigation.keepout import block_stairs, forbidden_ground
 from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.portals import ANY_ROBOT, make_portals
 from stairmap.navigation.robot_profile import RobotProfile, load_robot
@@ -141,7 +141,7 @@ def _export(name: str, task: _Task) -> tuple[Path, ...]:
             typer.echo("no keep-out mask: no stairway and no drop forbids any ground to the robot", err=True)
         return paths
     if name == "spot":
-        return dump_spot(stairways, task.folder, frame_id=task.building.frame_id)
+        return _export_spot(task)
     if name == "elevation":
         return _export_heights(task)
     path = task.folder / FILES[name]
@@ -166,6 +166,18 @@ def _export(name: str, task: _Task) -> tuple[Path, ...]:
     else:
         dump_obj(stairways, path)
     return (path,)
+
+
+def _export_spot(task: _Task) -> tuple[Path, ...]:
+    """Write the stairways that a robot can climb, all of them without a robot."""
+    stairways = task.building.stairways
+    if task.robot is not None:
+        stairways = forbidden_ground(stairways, (), task.robot).climbed
+        if not stairways:
+            raise OutputError(
+                f"none of {len(task.building.stairways)} stairways can be used by {task.robot.name}"
+            )
+    return dump_spot(stairways, task.folder, floors=task.building.floors, frame_id=task.building.frame_id)
 
 
 def _route_graph(task: _Task) -> RouteGraph:

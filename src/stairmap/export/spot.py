@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from stairmap.errors import MissingPackageError
+from stairmap.navigation.floors import FloorStack
 from stairmap.output_files import check_new_file, write_whole
 from stairmap.stairway import Flight, Landing, Stairway
 from stairmap.transforms import invert_transform, quat_from_rotation, transform_points
@@ -25,11 +26,14 @@ END_LENGTH = 1.0
 """Length of the free ground before a flight and behind it where no landing tells it, m: room for a Spot."""
 
 
-def dump_spot(stairways: Sequence[Stairway], folder: Path, *, frame_id: str = "map") -> tuple[Path, ...]:
+def dump_spot(
+    stairways: Sequence[Stairway], folder: Path, *, floors: FloorStack | None = None, frame_id: str = "map"
+) -> tuple[Path, ...]:
     """Write a serialized ``StaircaseWithLandings`` for each flight: ``spot_stairway_<id>_flight_<n>.pb``.
 
     Spot climbs one straight flight at a time, from landing to landing. Its staircase frame is that of a
-    flight here: bottom centre of the first riser, x up the stairs, y left, z up.
+    flight here: bottom centre of the first riser, x up the stairs, y left, z up. At an end that nobody saw
+    there is no landing in the message: the steps may go on.
 
     Parameters
     ----------
@@ -37,6 +41,8 @@ def dump_spot(stairways: Sequence[Stairway], folder: Path, *, frame_id: str = "m
         What there is.
     folder
         Where to write; it exists.
+    floors
+        They tell of unseen ends that lie at the height of a floor; ``None``: nothing does.
     frame_id
         Coordinate frame of all positions.
 
@@ -59,9 +65,18 @@ def dump_spot(stairways: Sequence[Stairway], folder: Path, *, frame_id: str = "m
             below = stairway.landings[index - 1] if 0 < index <= len(stairway.landings) else None
             above = stairway.landings[index] if index < len(stairway.landings) else None
             message = spot_from_flight(flight, (below, above), frame_id=frame_id)
+            if below is None and flight.is_open_below and _may_go_on(stairway, floors, upper=False):
+                message.ClearField("bottom_landing")
+            if above is None and flight.is_open_above and _may_go_on(stairway, floors, upper=True):
+                message.ClearField("top_landing")
             write_whole(path, message.SerializeToString(deterministic=True))
             paths.append(path)
     return tuple(paths)
+
+
+def _may_go_on(stairway: Stairway, floors: FloorStack | None, *, upper: bool) -> bool:
+    """Whether no floor that is known otherwise lies at an end of stairs that nobody saw."""
+    return floors is None or floors.has_open_end(stairway.id, upper=upper)
 
 
 def spot_from_flight(

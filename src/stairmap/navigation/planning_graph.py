@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 
-from stairmap.arrays import IntArray, Mask
+from stairmap.arrays import Float64Array, IntArray, Mask
 from stairmap.navigation.occupancy import FREE, OCCUPIED, OccupancyGrid
 from stairmap.navigation.portals import Portal, StagingPose
 from stairmap.navigation.robot_profile import RobotProfile
@@ -100,7 +100,10 @@ def is_usable(portal: Portal, *, allow_unknown: bool) -> bool:
 
 
 def nearest_node(grid: OccupancyGrid, numbers: IntArray, point: ArrayLike) -> int | None:
-    """Return the node nearest to a (2 or 3,) point, at most 0.5 m away; ``None`` if there is none."""
+    """Return the node nearest to a (2 or 3,) point, at most 0.5 m away; ``None`` if there is none.
+
+    Between both stands no obstacle, but for one that the point itself lies in: no robot gets through walls.
+    """
     (index,), _ = grid.cells_at(point)
     reach = math.ceil(SNAP / grid.resolution)
     low = np.clip(index - reach, 0, None)
@@ -109,11 +112,26 @@ def nearest_node(grid: OccupancyGrid, numbers: IntArray, point: ArrayLike) -> in
     if not len(found):
         return None
     cells = found + low
-    distances = np.linalg.norm(
-        grid.centers(cells[:, 0], cells[:, 1]) - np.asarray(point, dtype=np.float64).reshape(-1)[:2], axis=1
+    place, centers = (
+        np.asarray(point, dtype=np.float64).reshape(-1)[:2],
+        grid.centers(cells[:, 0], cells[:, 1]),
     )
-    best = int(np.argmin(distances))
-    return int(window[tuple(found[best])]) if distances[best] <= SNAP + grid.resolution else None
+    distances = np.linalg.norm(centers - place, axis=1)
+    for best in np.argsort(distances, kind="stable"):
+        if distances[best] > SNAP + grid.resolution:
+            break
+        if _leads_out(grid, place, centers[best]):
+            return int(window[tuple(found[best])])
+    return None
+
+
+def _leads_out(grid: OccupancyGrid, place: Float64Array, center: Float64Array) -> bool:
+    """Whether a straight line from a place to a free cell meets no obstacle once it has left its own."""
+    shares = np.linspace(0.0, 1.0, 2 * math.ceil(SNAP / grid.resolution) + 3)[:, None]
+    index, inside = grid.cells_at(place + shares * (center - place))
+    index = index[inside]
+    is_occupied = grid.cells[index[:, 0], index[:, 1]] == OCCUPIED
+    return not is_occupied[np.argmin(is_occupied) :].any()
 
 
 def _open_cells(grid: OccupancyGrid, radius: float) -> Mask:

@@ -17,7 +17,7 @@ import numpy as np
 
 from stairmap.arrays import Points, Vector, readonly
 from stairmap.navigation.floor_heights import FloorError
-from stairmap.navigation.occupancy import OCCUPIED, OccupancyGrid
+from stairmap.navigation.occupancy import FREE, OccupancyGrid
 from stairmap.navigation.planner import FloorPlanner
 from stairmap.navigation.planning_graph import is_usable
 from stairmap.navigation.portals import Portal, WayKind
@@ -278,7 +278,6 @@ def _is_free_line(planner: FloorPlanner, level: int, start: Vector, end: Vector)
 
 
 def _is_clear_line(grid: OccupancyGrid, start: Vector, end: Vector) -> bool:
-    """Whether nothing that is occupied lies on the line: a staging pose may stand on unknown ground."""
+    """Whether ground was seen free all along the line, also nearer to obstacles than the robot is wide."""
     index, inside = grid.cells_at(_line_cells(grid, start, end))
-    index = index[inside]
-    return bool((grid.cells[index[:, 0], index[:, 1]] != OCCUPIED).all())
+    return bool(inside.all() and (grid.cells[index[:, 0], index[:, 1]] == FREE).all())

@@ -58,7 +58,7 @@ def export(
         typer.Option(
             "--robot",
             metavar="NAME|FILE",
-            help="nav2-graph: its stairs and costs (s). keepout: stairs that it can climb stay open.",
+            help="nav2-graph, rmf, spot: its stairs, and costs (s). keepout: stairs that it climbs are open.",
             show_default=False,
         ),
     ] = None,
