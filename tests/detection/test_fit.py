@@ -20,6 +20,7 @@ from stairmap.detection.fit import (
     turned_rays,
 )
 from stairmap.detection.profile import StairProfile
+from stairmap.geometry import normalized
 
 EDGE_SHIFT_STD = 2.0
 MIN_NOISE = 0.0001
@@ -194,6 +195,11 @@ def test_axes_are_unit_vectors_turned_by_the_fitted_angles() -> None:
     assert np.linalg.norm(forward) == pytest.approx(1.0)
     assert (up @ grid.forward, up @ grid.left) == pytest.approx((0.01, -0.02), abs=1e-4)
     assert (forward @ grid.up, forward @ grid.left) == pytest.approx((-0.01, 0.03), abs=1e-3)
+    # By larger angles: the forward axis is turned first, and then made perpendicular to up.
+    up, forward = replace(found, tilt=0.2, roll=-0.3, turn=0.1).axes(elevation)
+    ahead = grid.forward - 0.2 * grid.up + 0.1 * grid.left
+    np.testing.assert_allclose(up, normalized(grid.up + 0.2 * grid.forward - 0.3 * grid.left))
+    np.testing.assert_allclose(forward, normalized(ahead - (ahead @ up) * up))
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ the step's own: something farther, or a wall that stands there, and not somethin
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from statistics import median
 
@@ -100,8 +101,8 @@ def measure_extents(
     bearing = grid.bearing[columns[0] : columns[1]]
     rows = _rows_of_steps(grid.slope, fitted, predicted)
     if len(rows) == 0 or len(bearing) < MIN_COLUMNS:
-        nothing = np.full(n, np.nan)
-        return StepExtents(left=nothing, right=nothing, left_bounded=nothing > 0, right_bounded=nothing > 0)
+        unknown, nowhere = np.full(n, np.nan), np.zeros(n, dtype=bool)
+        return StepExtents(left=unknown, right=unknown, left_bounded=nowhere, right_bounded=nowhere)
     slope = grid.slope[rows]
     tolerance = tolerances(predicted, fitted.profile, 2.0 * fitted.noise)
     optics = fitted.optics
@@ -127,15 +128,15 @@ def measure_extents(
         limits,
     )
     step = predicted.step[entry].tolist()
-    sides = [
-        _step_ends(step, *side, n)
-        for side in zip(position.tolist(), is_bounded.tolist(), is_cut.tolist(), strict=True)
-    ]
+    left, left_bounded = _step_ends(step, position[0].tolist(), is_bounded[0].tolist(), is_cut[0].tolist(), n)
+    right, right_bounded = _step_ends(
+        step, position[1].tolist(), is_bounded[1].tolist(), is_cut[1].tolist(), n
+    )
     return StepExtents(
-        left=np.array(sides[0][0]),
-        right=np.array(sides[1][0]),
-        left_bounded=np.array(sides[0][1]),
-        right_bounded=np.array(sides[1][1]),
+        left=np.array(left),
+        right=np.array(right),
+        left_bounded=np.array(left_bounded),
+        right_bounded=np.array(right_bounded),
     )
 
 
@@ -143,18 +144,20 @@ def _step_ends(
     step: list[int], position: list[float], is_bounded: list[bool], is_cut: list[bool], n: int
 ) -> tuple[list[float], list[bool]]:
     """One end of each step: the median of its rows', of those that show its own end if enough do."""
-    ends, bounded = [float("nan")] * n, [False] * n
+    ends, bounded = [], []
     rows_of_step: list[list[int]] = [[] for _ in range(n)]
     for row, index in enumerate(step):
         # In the middle of a row that is turned the floor before the first step may be seen.
         if index >= 0:
             rows_of_step[index].append(row)
-    for index, rows in enumerate(rows_of_step):
+    for rows in rows_of_step:
         own = [position[row] for row in rows if is_bounded[row]]
         num_cut = sum(is_cut[row] for row in rows)
-        bounded[index] = len(own) >= MIN_BOUNDED_ROWS and len(own) > BOUNDED_FACTOR * num_cut
-        if len(rows) >= MIN_ROWS:
-            ends[index] = median(own if bounded[index] else [position[row] for row in rows])
+        is_own = len(own) >= MIN_BOUNDED_ROWS and len(own) > BOUNDED_FACTOR * num_cut
+        bounded.append(is_own)
+        ends.append(
+            median(own if is_own else [position[row] for row in rows]) if len(rows) >= MIN_ROWS else math.nan
+        )
     return ends, bounded
 
 
@@ -168,9 +171,8 @@ def _rows_of_steps(slope: Float64Array, fitted: FittedProfile, predicted: Predic
     # More rows of a step would tell the same ends again.
     step = predicted.step[entry[rows]]
     count = np.bincount(step, minlength=n)
-    place = np.arange(len(rows)) - np.searchsorted(step, step) if fitted.profile.run > 0 else None
-    if place is None:
-        place = np.arange(len(rows)) - np.searchsorted(-step, -step)
+    ascending = step if fitted.profile.run > 0 else -step
+    place = np.arange(len(rows)) - np.searchsorted(ascending, ascending)
     spacing = np.maximum(-(-count[step] // MAX_ROWS), 1)
     return np.asarray(rows[place % spacing == spacing // 2])
 

@@ -131,7 +131,7 @@ def group_corners(corners: Corners, *, num_strips: int, noise: float) -> NosingG
 
 
 def find_lattices(
-    groups: NosingGroups, envelope: EnvelopeConfig, *, noise: float, max_lattices: int = 3
+    groups: NosingGroups, envelope: EnvelopeConfig, *, noise: float, max_lattices: int
 ) -> list[Lattice]:
     """Search the lattices that explain most nosings, best first.
 

@@ -123,7 +123,7 @@ def find_corners(elevation: Elevation, *, noise: float) -> Corners:
         Standard deviation of inverse distance of one cell, 1/m.
     """
     q, slope, row_size = elevation.inverse_distance, elevation.slope, elevation.grid.row_size
-    jumps = find_jumps(
+    jump_distance, jump_height, jump_strip, jump_ends = find_jumps(
         q,
         slope,
         _JUMP_ROWS,
@@ -137,7 +137,7 @@ def find_corners(elevation: Elevation, *, noise: float) -> Corners:
             max_deeper=MAX_DEEPER,
         ),
     )
-    creases = find_creases(
+    distance, height, strip = find_creases(
         q,
         slope,
         CreaseLimits(
@@ -155,12 +155,14 @@ def find_corners(elevation: Elevation, *, noise: float) -> Corners:
             min_upper_lean=-MAX_TOP_FALL,
         ),
     )
-    *jump_places, jump_ends = jumps
-    distance, height, strip = (np.concatenate(both) for both in zip(jump_places, creases, strict=True))
-    is_jump = np.arange(len(distance)) < len(jump_ends)
-    is_end = is_jump.copy()
-    is_end[is_jump] = jump_ends
-    return Corners(distance=distance, height=height, strip=strip, is_jump=is_jump, is_end=is_end)
+    no_jump = np.zeros(len(distance), dtype=bool)
+    return Corners(
+        distance=np.concatenate([jump_distance, distance]),
+        height=np.concatenate([jump_height, height]),
+        strip=np.concatenate([jump_strip, strip]),
+        is_jump=np.concatenate([np.ones(len(jump_ends), dtype=bool), no_jump]),
+        is_end=np.concatenate([jump_ends, no_jump]),
+    )
 
 
 def find_turns(elevation: Elevation, corners: Corners, *, max_turns: int) -> list[float]:

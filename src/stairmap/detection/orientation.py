@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, Vector, readonly
+from stairmap.arrays import Float64Array, Vector
 from stairmap.detection.inverse_depth import SurfaceNormals
 from stairmap.geometry import angle_between, cross, normalized
 from stairmap.kernels import count_floor_cells, find_facing, sum_normals
@@ -122,8 +122,7 @@ def correct_up(
     share = num_level / num_planes
     if np.arccos(np.clip(ground @ up, -1, 1)) > max_correction * min(1.0, share / FULL_TURN_SHARE):
         return CorrectedUp(up, std, up)
-    first = normalized(cross(up, _X_AXIS if abs(up[0]) < 0.9 else _Y_AXIS))
-    basis = np.stack([first, cross(up, first)])
+    basis = np.stack(level_axes(up))
     information = basis @ scatter @ basis.T / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
     pull = -basis @ scatter @ up / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
     # What all of them share does not average out.
@@ -131,9 +130,6 @@ def correct_up(
     noise = LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE / num_level
     mean, variance = _weigh_grounds(basis @ ground, noise, (known * information, known * pull), std)
     return CorrectedUp(normalized(up + mean @ basis), float(np.sqrt(variance)), ground)
-
-
-_X_AXIS, _Y_AXIS = readonly([1.0, 0.0, 0.0]), readonly([0.0, 1.0, 0.0])
 
 
 def _weigh_grounds(
@@ -156,28 +152,27 @@ def _weigh_grounds(
     (a, b), (_, d) = walls[0].tolist()
     x, y = ground.tolist()
     wall_x, wall_y = walls[1].tolist()
-    logs, means, variances = [], [], []
+    told = []
     for share, slope in GROUNDS:
         variance = noise + slope**2
         own = 1.0 / std**2 + 1.0 / variance
         first, last = a + own, d + own
         pull_x, pull_y = x / variance + wall_x, y / variance + wall_y
         determinant = first * last - b * b
-        mean = (last * pull_x - b * pull_y) / determinant, (first * pull_y - b * pull_x) / determinant
-        # Log of the evidence, less what both grounds have in common.
-        evidence = 0.5 * (pull_x * mean[0] + pull_y * mean[1] - (x * x + y * y) / variance)
-        logs.append(math.log(share) + evidence - math.log(variance) - 0.5 * math.log(determinant))
-        means.append(mean)
-        variances.append(0.5 * (first + last) / determinant)
-    most = max(logs)
-    weights = [math.exp(log - most) for log in logs]
-    total = sum(weights)
-    turn = [sum(w * mean[axis] for w, mean in zip(weights, means, strict=True)) / total for axis in (0, 1)]
+        mean_x = (last * pull_x - b * pull_y) / determinant
+        mean_y = (first * pull_y - b * pull_x) / determinant
+        # Less what both grounds have in common; a turn of 15 degrees at most lets no exponential vanish.
+        evidence = 0.5 * (pull_x * mean_x + pull_y * mean_y - (x * x + y * y) / variance)
+        weight = share * math.exp(evidence) / (variance * math.sqrt(determinant))
+        told.append((weight, mean_x, mean_y, 0.5 * (first + last) / determinant))
+    total = sum(weight for weight, _, _, _ in told)
+    turn_x = sum(weight * mean_x for weight, mean_x, _, _ in told) / total
+    turn_y = sum(weight * mean_y for weight, _, mean_y, _ in told) / total
     variance = 0.0
-    for weight, mean, own_variance in zip(weights, means, variances, strict=True):
-        spread = 0.5 * ((mean[0] - turn[0]) ** 2 + (mean[1] - turn[1]) ** 2)
+    for weight, mean_x, mean_y, own_variance in told:
+        spread = 0.5 * ((mean_x - turn_x) ** 2 + (mean_y - turn_y) ** 2)
         variance += weight * (own_variance + spread) / total
-    return np.array(turn), variance
+    return np.array([turn_x, turn_y]), variance
 
 
 def estimate_up(surfaces: SurfaceNormals) -> Vector | None:
