@@ -242,4 +242,4 @@ def note_obstacles(portal: Portal, grids: Mapping[int, OccupancyGrid]) -> Portal
 
 
 def _turned(heading: float) -> float:
-    return (heading + 2 * math.pi) % (2 * math.pi) - math.pi
+    return heading % (2 * math.pi) - math.pi

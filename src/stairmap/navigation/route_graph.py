@@ -203,8 +203,7 @@ def _stair_edges(portal: Portal, robot: RobotProfile, first: int) -> list[RouteE
         if not robot.takes_stairs(up=sign > 0):
             continue
         shares = cost * lengths / lengths.sum()
-        order = range(len(steps)) if sign > 0 else range(len(steps) - 1, -1, -1)
-        for place, index in enumerate(order):
+        for place, index in enumerate(range(len(steps))[::sign]):
             ends = (first + index, first + index + 1)[::sign]
             edges.append(
                 RouteEdge(
