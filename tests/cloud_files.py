@@ -33,6 +33,16 @@ def write_binary_pcd(path: Path, points: Points) -> None:
     path.write_bytes(_pcd_header(len(points), "binary") + points.astype("<f4").tobytes())
 
 
+def write_organised_pcd(path: Path, points: Points) -> None:
+    """Write (height, width, 3) points as the image of a depth camera, NaN where nothing was measured."""
+    height, width = points.shape[:2]
+    header = _pcd_header(height * width, "binary").decode()
+    header = header.replace(f"WIDTH {height * width}", f"WIDTH {width}").replace(
+        "HEIGHT 1", f"HEIGHT {height}"
+    )
+    path.write_bytes(header.encode() + points.reshape(-1, 3).astype("<f4").tobytes())
+
+
 def write_compressed_pcd(path: Path, points: Points) -> None:
     """Write a compressed PCD file: LZF that only copies, in which each axis stands by itself."""
     data = points.astype("<f4").T.tobytes()

@@ -44,6 +44,7 @@ LANGUAGES = {"sh", "console", "python", "json", "yaml", "text"}
 
 NOT_RUN = {
     "the building is no part of the project": 6,
+    "the cloud is no part of the project": 1,
     "the recordings are no part of the project": 1,
     "it needs Docker": 2,
     "it needs ROS": 3,

@@ -163,6 +163,9 @@ class MapScan:
             self.notes.append(
                 f"the map was turned so that its {axis} axis is z ({why}); all results are in the turned map"
             )
+        if self._is_camera and len(self._clouds) == 1 and self._clouds[0].shape is not None:
+            name = self._clouds[0].path.name
+            self.notes.append(f"the points are an image's: stairmap detect {name} measures it more exactly")
 
     @property
     def num_points(self) -> int | None:

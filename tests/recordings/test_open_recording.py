@@ -32,12 +32,14 @@ def test_a_path_that_is_not_there_is_told(tmp_path: Path) -> None:
     assert _refusal(tmp_path / "walk").startswith("expected a recording, but there is no ")
 
 
-def test_formats_to_come_are_named(tmp_path: Path) -> None:
-    (tmp_path / "walk.pcd").write_bytes(b"data")
-    assert (
-        "point clouds are not supported yet; expected a bag (.bag, .mcap, .db3), or a folder with"
-        in _refusal(tmp_path / "walk.pcd")
-    )
+def test_files_of_points_and_other_formats_are_named(tmp_path: Path) -> None:
+    for name, expected in (
+        ("walk.ply", "may hold points; stairmap scan finds stairs in those"),
+        ("walk.las", "may hold points; stairmap scan finds stairs in those"),
+        ("walk.svo", "ZED recordings are not supported yet; expected a bag (.bag, .mcap, .db3), or a folder"),
+    ):
+        (tmp_path / name).write_bytes(b"data")
+        assert expected in _refusal(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["walk.bag", "walk.mcap", "walk.db3"])

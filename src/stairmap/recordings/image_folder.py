@@ -1,24 +1,20 @@
-"""Image-folder recordings: the layout of TUM RGB-D with a camera.json (docs/inputs.md)."""
+"""Image-folder recordings: the layout of TUM RGB-D with a camera.json (docs/inputs.md); or a single organised
+cloud."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from stairmap.arrays import DepthImage, IntArray, Transform, Vector
+from stairmap.arrays import IntArray, Transform, Vector
 from stairmap.camera import PinholeCamera
-from stairmap.errors import CalibrationError, RecordingError, TrajectoryError
+from stairmap.errors import RecordingError, TrajectoryError
 from stairmap.frame import DepthFrame
-from stairmap.input_files import MAX_IMAGE_SIZE, read_limited
 from stairmap.recordings.base import RecordingProblems, SkippedFrame
-from stairmap.recordings.camera_file import load_camera_file
-from stairmap.recordings.depth_list import ListedImage, check_image_headers, load_depth_list
-from stairmap.recordings.depth_png import decode_depth_png
-from stairmap.recordings.depth_scale import check_depth_scale
+from stairmap.recordings.depth_files import open_depth_files
+from stairmap.recordings.depth_list import ListedImage, load_depth_list
 from stairmap.recordings.map_up import (
     UP_AUTO,
     check_up,
@@ -44,17 +40,16 @@ CAMERA_FILE = "camera.json"
 POSE_FILES = ("groundtruth.txt", "trajectory.txt")
 """Where poses are looked for, in this order."""
 
-MAX_IMAGES_SEARCHED = 50
-"""How many images at most are read at opening to find some with depth."""
-
 
 class ImageFolderRecording:
-    """A folder with ``depth.txt``, ``camera.json``, PNG images and perhaps poses.
+    """A folder with ``depth.txt``, ``camera.json``, PNG images and perhaps poses; or with organised clouds.
 
     Parameters
     ----------
     folder
-        The folder.
+        The folder; or an organised cloud (``.pcd``), a recording of one frame.
+    camera
+        Camera file to use instead of the folder's own.
     trajectory
         TUM trajectory to use instead of the folder's own.
     up
@@ -77,6 +72,7 @@ class ImageFolderRecording:
         self,
         folder: Path,
         *,
+        camera: Path | None = None,
         trajectory: Path | None = None,
         up: str | None = None,
         pose_format: str | None = None,
@@ -84,11 +80,14 @@ class ImageFolderRecording:
         self._folder = Path(folder)
         self._pose_format = pose_format
         up = None if up is None else check_up(up)
-        self._images = load_depth_list(self._folder / DEPTH_LIST)
+        is_single = self._folder.is_file()
+        self._images = (
+            (_single_image(self._folder),) if is_single else load_depth_list(self._folder / DEPTH_LIST)
+        )
         self._stamps_ns: IntArray = np.array([image.stamp_ns for image in self._images], dtype=np.int64)
-        self._camera_file = load_camera_file(self._folder / CAMERA_FILE)
-        check_image_headers(self._images, self.camera)
-        self._check_depth_scale()
+        camera = None if is_single and camera is None else camera or self._folder / CAMERA_FILE
+        self._files = open_depth_files(self._images, camera)
+        self._camera_file = self._files.camera_file
         notes = list(self._camera_file.notes)
         self._map_from_recorded, self._trajectory = self._load_trajectory(trajectory, up, notes)
         self._num_without_pose = self.num_frames
@@ -103,8 +102,9 @@ class ImageFolderRecording:
 
     @property
     def name(self) -> str:
-        """Name of the folder."""
-        return self._folder.resolve().name
+        """Name of the folder, or of the file without its ending."""
+        path = self._folder.resolve()
+        return path.stem if path.is_file() else path.name
 
     @property
     def camera(self) -> PinholeCamera:
@@ -193,35 +193,17 @@ class ImageFolderRecording:
         self._skipped = skipped
         for image, up in zip(self._images[first:end], self._ups[first:end], strict=True):
             try:
-                depth = self._load_depth(image)
+                depth = self._files.load(image)
             except RecordingError as error:
                 skipped.append(SkippedFrame(stamp_ns=image.stamp_ns, source=image.name, reason=str(error)))
                 continue
             yield DepthFrame(stamp_ns=image.stamp_ns, depth=depth, camera=self.camera, up=up)
 
-    def _load_depth(self, image: ListedImage) -> DepthImage:
-        data = read_limited(image.path, max_size=MAX_IMAGE_SIZE, error_type=RecordingError)
-        depth = decode_depth_png(data, self._camera_file.depth_scale)
-        if depth.shape != (self.camera.height, self.camera.width):
-            raise RecordingError(f"the image is {depth.shape[1]}x{depth.shape[0]}, not the camera's size")
-        return depth
-
-    def _check_depth_scale(self) -> None:
-        try:
-            check_depth_scale(self._readable_depths(), self._camera_file.depth_scale)
-        except CalibrationError as error:
-            raise CalibrationError(f"{self._folder / CAMERA_FILE}: {error}") from error
-
-    def _readable_depths(self) -> Iterator[DepthImage]:
-        for image in islice(self._images, MAX_IMAGES_SEARCHED):
-            with suppress(RecordingError):  # iteration meets it again, and reports it
-                yield self._load_depth(image)
-
     def _load_trajectory(
         self, path: Path | None, up: str | None, notes: list[str]
     ) -> tuple[Transform, Trajectory | None]:
         """``map_from_recorded``, and the trajectory turned by it."""
-        if path is None:
+        if path is None and self._folder.is_dir():
             found = [self._folder / name for name in POSE_FILES if (self._folder / name).exists()]
             path = found[0] if found else None
             if len(found) > 1:
@@ -252,3 +234,7 @@ class ImageFolderRecording:
             disagreement = find_up_disagreement(poses[0, 2, :3], self._camera_file.up)
             notes += [disagreement] if disagreement else []
         return ups
+
+
+def _single_image(path: Path) -> ListedImage:
+    return ListedImage(place=path.name, stamp_ns=0, name=path.name, path=path)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from stairmap.errors import MissingPackageError, RecordingError
 from stairmap.recordings.bag_options import BagOptions
 from stairmap.recordings.base import Recording, WatchOpening
+from stairmap.recordings.clouds.open import CLOUD_SUFFIXES
+from stairmap.recordings.depth_files import is_organised_name
 from stairmap.recordings.image_folder import CAMERA_FILE, DEPTH_LIST, ImageFolderRecording
 
 if TYPE_CHECKING:
@@ -22,8 +24,6 @@ _FOLDER_PARTS = (
 )
 
 _UNSUPPORTED_FILES = {
-    ".pcd": "point clouds",
-    ".ply": "point clouds",
     ".svo": "ZED recordings",
     ".svo2": "ZED recordings",
     ".mkv": "videos",
@@ -48,7 +48,8 @@ def open_recording(
     Parameters
     ----------
     path
-        An image folder; or a bag of ROS 1, ROS 2 or the RealSense recorder.
+        An image folder; a bag of ROS 1, ROS 2 or the RealSense recorder; or an organised cloud of a depth
+        camera (``.pcd``), a recording of one frame.
     trajectory
         Poses of the camera's optical coordinate frame (TUM format) to use instead of the recording's own.
     up
@@ -71,12 +72,15 @@ def open_recording(
     path = Path(path)
     options = bag or BagOptions()
     try:
-        if path.is_dir() and (path / DEPTH_LIST).exists():
-            if options != BagOptions():
-                raise RecordingError(
-                    f"topics and coordinate frames are those of bags, but {path} is a folder"
-                )
-            return ImageFolderRecording(path, trajectory=trajectory, up=up, pose_format=pose_format)
+        is_cloud = path.is_file() and is_organised_name(path.name)
+        if is_cloud or (path.is_dir() and (path / DEPTH_LIST).exists()):
+            camera = options.camera_file if is_cloud else None
+            if options != BagOptions(camera_file=camera):
+                what = "a cloud" if is_cloud else "a folder"
+                raise RecordingError(f"topics and coordinate frames are those of bags, but {path} is {what}")
+            return ImageFolderRecording(
+                path, camera=camera, trajectory=trajectory, up=up, pose_format=pose_format
+            )
         if path.exists():
             return _open_bag(
                 path, trajectory=trajectory, up=up, pose_format=pose_format, options=options, watch=watch
@@ -195,6 +199,8 @@ def _describe_file(path: Path) -> str:
         return f"{path}: {kind} are not supported yet; expected {_FOLDER_PARTS}"
     if (path.parent / DEPTH_LIST).exists():
         return f"expected a folder, but {path} is a file; pass {path.parent}"
+    if path.suffix.lower() in CLOUD_SUFFIXES:
+        return f"expected a recording, but {path} may hold points; stairmap scan finds stairs in those"
     return f"expected {_FOLDER_PARTS}, but {path} is a file"
 
 
