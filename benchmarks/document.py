@@ -67,7 +67,12 @@ class BenchmarkRun:
 def describe_run(run: BenchmarkRun) -> str:
     """Return a paragraph with command, commit, machine and the time it took."""
     seconds = time.monotonic() - run.started
-    command = " ".join([f"python {Path(sys.argv[0]).resolve().relative_to(ROOT)}", *sys.argv[1:]])
+    # Where the folders lie on this machine is of no use elsewhere.
+    given = [
+        Path(argument).name.upper() if argument.startswith(("/", "..")) else argument
+        for argument in sys.argv[1:]
+    ]
+    command = " ".join([f"python {Path(sys.argv[0]).resolve().relative_to(ROOT)}", *given])
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "opencv-python-headless"))
     when = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
     return (
