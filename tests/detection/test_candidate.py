@@ -226,3 +226,17 @@ def test_a_single_turned_step_is_left_out() -> None:
 def test_a_candidate_that_no_profile_fits_has_no_ends() -> None:
     nothing = Candidate(observation=None, rejections=(), score=0.0, scene=None, lattice=None)  # type: ignore[arg-type]
     assert nothing.ends().shape == (0, 3)
+
+
+@pytest.mark.parametrize(("distance", "num_risers", "row_step"), [(0.6, 3, 2), (0.9, 3, 1), (1.1, 6, 1)])
+def test_of_near_steps_as_few_rows_are_fitted_as_leave_the_farthest_one_12(
+    distance: float, num_risers: int, row_step: int
+) -> None:
+    # Of the third step 24.2 and 22.9 rows show, of the fifth from farther away 16.
+    stairs = AnalyticStairs(rise=0.17, run=0.28, width=1.2, num_risers=num_risers)
+    pose = pose_towards((0.3, 0.0, 0.3), distance=distance, height=0.9)
+    frame = frame_of([stairs_solid(stairs), room()], pose)
+    trace = StairEdgeDetector(Config()).detect(frame, trace=True).trace
+    assert trace is not None and trace.steps is not None and trace.steps.case is not None
+    rows = np.unique(trace.steps.case.rays.row)
+    assert set(np.diff(rows)) == {row_step}

@@ -324,3 +324,22 @@ def test_an_end_that_twice_as_many_rows_show_is_the_steps_own(cut_share: float, 
     # Of one that is the step's own, the rows that are cut do not count.
     if is_bounded:
         assert np.median(found.left) == pytest.approx(0.6, abs=0.01)
+
+
+END = 0.602
+"""Where steps end in the tests below, m to the left: in a pixel's middle at the first step."""
+
+
+@pytest.mark.parametrize("beyond", [0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.10, 0.125, 0.15])
+def test_past_an_end_it_is_looked_at_nine_places(beyond: float) -> None:
+    # All that is measured past the end is something farther, one or two pixels wide: 7.6 mm each at 2 m.
+    past = np.where(np.abs(ACROSS - END - beyond) < 0.006, 0.3, 0.0)
+    found = extents_of(np.where(END > ACROSS, stairs_between(-0.6, 9.0), past))
+    assert found.left_bounded[0]
+
+
+@pytest.mark.parametrize("between", [0.07, 0.0905, 0.1125, 0.1375, 0.17])
+def test_between_these_places_and_beyond_them_nothing_is_seen(between: float) -> None:
+    past = np.where(np.abs(ACROSS - END - between) < 0.003, 0.3, 0.0)
+    found = extents_of(np.where(END > ACROSS, stairs_between(-0.6, 9.0), past))
+    assert not found.left_bounded[0]

@@ -110,14 +110,18 @@ class Candidate:
         """Return the (N, 3) ends of its steps, camera frame, m: as observed, else where it was found."""
         if self.observation is not None:
             return np.concatenate([edge.nosing for edge in self.observation.edges])
+        return self.fitted_nosings().reshape(-1, 3)
+
+    def fitted_nosings(self) -> Points:
+        """Return the (K, 2, 3) left and right ends of the fitted steps over the strips that found them, m."""
         if self.case is None:
-            return np.zeros((0, 3))
+            return np.zeros((0, 2, 3))
         elevation, profile = self.scene.elevation, self.case.fitted.profile
         up, forward = self.case.fitted.axes(elevation)
         bearings = elevation.bearing[self.lattice.strips][[0, -1], None]
         rays = forward + bearings * cross(up, forward)
         s, z = profile.nosing_distances[:, None, None], profile.tread_heights[1:, None, None]
-        return np.asarray((s * rays + z * up).reshape(-1, 3))
+        return np.asarray(s * rays + z * up)
 
 
 def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:

@@ -113,14 +113,7 @@ def _trace_steps(scenes: Sequence[Scene], candidates: Sequence[Candidate]) -> St
 
 def _candidate_lines(camera: PinholeCamera, candidate: Candidate) -> Float64Array:
     """The nosings of a candidate's profile over the strips that found it, in pixels."""
-    assert candidate.case is not None
-    fitted, elevation = candidate.case.fitted, candidate.scene.elevation
-    up, forward = fitted.axes(elevation)
-    left = cross(up, forward)
-    bearings = elevation.bearing[candidate.lattice.strips]
-    s, z = fitted.profile.nosing_distances, fitted.profile.tread_heights[1:]
-    points = s[:, None, None] * (forward + np.array([bearings.max(), bearings.min()])[:, None] * left)
-    lines = camera.project(points + z[:, None, None] * up).reshape(-1, 4)
+    lines = camera.project(candidate.fitted_nosings()).reshape(-1, 4)
     return np.asarray(lines[np.isfinite(lines).all(axis=1)])
 
 

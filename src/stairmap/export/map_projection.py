@@ -49,7 +49,7 @@ def utm_from_degrees(latitude: float, longitude: float) -> GridPlace:
         13 * n**2 / 48 - 3 * n**3 / 5,
         61 * n**3 / 240,
     )
-    radius = _RADIUS / (1 + n) * (1 + n**2 / 4 + n**4 / 64)
+    radius = _RADIUS / (1 + n) * (1 + n**2 / 4)
     east, north = eta, xi
     for order, factor in enumerate(alpha, start=1):
         east += factor * math.cos(2 * order * xi) * math.sinh(2 * order * eta)
