@@ -15,8 +15,8 @@ import yaml
 from stairmap.errors import OutputError
 from stairmap.export.nav2 import dump_json, dump_keepout_masks, dump_route_graph, nav2_from_route_graph
 from stairmap.navigation.floors import find_floors
-from stairmap.navigation.keepout import block_stairs
-from stairmap.navigation.occupancy import OccupancyGrid, load_map
+from stairmap.navigation.keepout import block_stairs, forbidden_ground, make_keepout_mask
+from stairmap.navigation.occupancy import OccupancyGrid
 from stairmap.navigation.portals import make_portals
 from stairmap.navigation.robot_profile import load_robot
 from stairmap.navigation.route_graph import make_route_graph
@@ -220,7 +220,7 @@ def read_mask(path):
 
 def is_forbidden(path, x, y):
     forbidden, free, doc = read_mask(path)
-    assert np.array_equal(forbidden, ~free)
+    assert not free.any(), "Nav2 makes unknown ground of a costmap free there"
     column, row = (np.array([x, y]) - doc["origin"][:2]) // doc["resolution"]
     return bool(forbidden[int(row), int(column)])
 
@@ -494,9 +494,10 @@ def test_three_stairs_on_a_floor_are_joined_in_every_pair(tmp_path):
 def test_masks_take_the_extent_of_the_maps_that_are_given(tmp_path):
     grid = OccupancyGrid(cells=np.zeros((90, 80), dtype=np.int8), resolution=0.1, origin=(-1.0, 4.0))
     lower, upper = dump_keepout_masks([SECOND], find_floors([SECOND]), tmp_path, grids={0: grid})
-    assert load_map(lower).cells.shape == (90, 80)
-    assert load_map(lower).origin == (-1.0, 4.0)
-    assert load_map(upper).resolution == 0.05
+    forbidden, _, doc = read_mask(lower)
+    assert forbidden.shape == (90, 80)
+    assert doc["origin"][:2] == [-1.0, 4.0]
+    assert read_mask(upper)[2]["resolution"] == 0.05
 
 
 def test_a_number_that_is_not_known_is_null_in_a_file(tmp_path):
@@ -539,3 +540,22 @@ def test_no_floor_edge_leads_over_ground_that_nobody_saw(value):
     graph = make_route_graph(portals, profile, {**grids, 0: replace(grids[0], cells=cells)})
     edges = [edge for edge in graph.edges if edge.kind == "floor" and graph.nodes[edge.start].level == 0]
     assert bool(edges) == (value == 0)
+
+
+def keepout_filter(costs, mask):
+    """As nav2_costmap_2d's KeepoutFilter::process, for a mask as large as the costmap; costs as there."""
+    no_information, lethal = 255, 254
+    data = np.where(mask == -1, no_information, np.round(mask * (lethal / 100.0))).astype(np.uint8)
+    is_taken = (data != no_information) & ((data > costs) | (costs == no_information))
+    return np.where(is_taken, data, costs)
+
+
+def test_a_mask_leaves_unknown_ground_of_a_costmap_unknown_and_forbids_what_it_forbids():
+    """Its white ground, a metre around all stairs, became free in Nav2 where nobody had seen any."""
+    ground = forbidden_ground([SECOND], [], None)
+    mask = make_keepout_mask(ground, find_floors([SECOND]), 1).cells
+    for before in (0, 100, 253, 254, 255):
+        after = keepout_filter(np.full(mask.shape, before, dtype=np.uint8), mask)
+        assert (after[mask == 100] == 254).all()
+        assert (after[mask != 100] == before).all()
+    assert (mask == 100).any() and (mask != 100).any()

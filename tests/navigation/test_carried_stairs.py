@@ -99,7 +99,7 @@ def test_no_mask_is_free_within_0_3_m_before_the_edge_of_stairs(above):
     # Along its sides too, down to the foot.
     for along in np.arange(0.2, TOP, 0.25):
         assert mask.value_at((along, 0.6 + 0.25)) == mask.value_at((along, -0.6 - 0.25)) == 100
-        assert mask.value_at((along, 0.6 + 0.40)) in (0, None)
+        assert mask.value_at((along, 0.6 + 0.40)) in (-1, None)
 
 
 def test_a_floor_that_the_well_cuts_in_passing_is_forbidden_about_the_whole_well():
@@ -107,7 +107,7 @@ def test_a_floor_that_the_well_cuts_in_passing_is_forbidden_about_the_whole_well
     mask = make_keepout_mask(ForbiddenGround(stairways=(seen_in_part(),)), stack, 1)
     for place in ((-0.25, 0.0), (1.0, 0.0), (TOP + 0.25, 0.0), (1.0, 0.85), (1.0, -0.85)):
         assert mask.value_at(place) == 100
-    assert mask.value_at((-0.4, 0.0)) == mask.value_at((TOP + 0.4, 0.0)) == 0
+    assert mask.value_at((-0.4, 0.0)) == mask.value_at((TOP + 0.4, 0.0)) == -1
 
 
 def test_ground_from_0_3_m_before_a_drop_is_forbidden_on_its_floor_alone():
@@ -117,7 +117,7 @@ def test_ground_from_0_3_m_before_a_drop_is_forbidden_on_its_floor_alone():
     for beside in (-0.45, 0.0, 0.45):
         along = drop.edge[1] - drop.edge[0]
         place = drop.center + beside * along
-        for before, value in ((0.0, 100), (0.3, 100), (0.42, 0)):
+        for before, value in ((0.0, 100), (0.3, 100), (0.42, -1)):
             assert mask.value_at(place - before * drop.outward) == value
     # An edge was seen to its ends, but may go on.
     assert mask.value_at(drop.edge[0] + 0.25 * (drop.edge[0] - drop.edge[1]) / drop.length) == 100

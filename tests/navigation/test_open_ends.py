@@ -123,4 +123,4 @@ def test_ground_beyond_an_end_that_nobody_saw_is_forbidden_where_stairs_may_go_o
         for stairway, reach in ((seen, 0.30 if level else 0.05), (unseen, 1.50 if level else 1.25)):
             mask = make_keepout_mask(ForbiddenGround(stairways=(stairway,)), find_floors([stairway]), level)
             assert mask.value_at((edge + sign * (reach - 0.04), 2.0)) == 100
-            assert mask.value_at((edge + sign * (reach + 0.06), 2.0)) == 0
+            assert mask.value_at((edge + sign * (reach + 0.06), 2.0)) == -1

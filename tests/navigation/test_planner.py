@@ -151,10 +151,10 @@ def test_the_descending_edge_is_forbidden_and_the_ground_behind_it_is_not():
     edge = 4.0 + 17 * 0.29
     assert mask.value_at((edge + 0.2, 2.0)) == 100
     assert mask.value_at((edge - 0.2, 2.0)) == 100
-    assert mask.value_at((edge + 0.5, 2.0)) == 0
+    assert mask.value_at((edge + 0.5, 2.0)) == -1
     # The well's sides are edges as well: 0.3 m beside its 1.2 m of width.
     assert mask.value_at((edge + 0.2, 2.8)) == 100
-    assert mask.value_at((edge + 0.2, 2.95)) == 0
+    assert mask.value_at((edge + 0.2, 2.95)) == -1
 
 
 def test_a_floor_that_no_stairway_touches_needs_no_mask():
@@ -167,7 +167,7 @@ def test_a_mask_takes_the_extent_of_the_map():
     grid = empty_grid()
     mask = make_keepout_mask(ForbiddenGround(stairways=tuple(stairways)), floors, 0, like=grid)
     assert mask.cells.shape == grid.cells.shape
-    assert np.count_nonzero(mask.cells) == np.count_nonzero(
+    assert np.count_nonzero(mask.cells == 100) == np.count_nonzero(
         cover_mask(grid, stair_rectangles(stairways[0], floors, 0))
     )
 

@@ -42,8 +42,8 @@ def test_the_end_of_the_well_above_the_foot_of_the_stairs_is_an_edge_too():
     for x in (-0.27, -0.1):
         for y in (-0.5, 0.0, 0.5):
             assert mask.value_at((x, y)) == 100
-    assert mask.value_at((-0.4, 0.0)) == 0
-    assert mask_of(make_half_turn(), 0).value_at((-0.1, 0.0)) == 0
+    assert mask.value_at((-0.4, 0.0)) == -1
+    assert mask_of(make_half_turn(), 0).value_at((-0.1, 0.0)) == -1
 
 
 @pytest.mark.parametrize("eye", [0.8, 1.9])
@@ -53,9 +53,9 @@ def test_the_open_eye_between_two_flights_is_forbidden_with_the_strip_before_it(
     mask, middle = mask_of(stairway, 1), 0.6 + eye / 2
     for x in np.arange(-0.27, LENGTH + 0.2, 0.1):
         assert mask.value_at((x, middle)) == 100
-    assert mask.value_at((-0.4, middle)) == 0
+    assert mask.value_at((-0.4, middle)) == -1
     # On the floor below one may stand in it.
-    assert mask_of(stairway, 0).value_at((1.0, middle)) == 0
+    assert mask_of(stairway, 0).value_at((1.0, middle)) == -1
     grid = OccupancyGrid(cells=np.zeros((80, 80), dtype=np.int8), resolution=0.1, origin=(-2.0, -2.0))
     for level, value in ((0, 0), (1, 100)):
         blocked = block_stairs(grid, [stairway], find_floors([stairway]), level)
@@ -63,14 +63,14 @@ def test_the_open_eye_between_two_flights_is_forbidden_with_the_strip_before_it(
 
 
 def test_flights_far_from_each_other_have_a_floor_between_them():
-    assert mask_of(half_turn_about_an_eye(2.2), 1).value_at((1.0, 1.7)) == 0
+    assert mask_of(half_turn_about_an_eye(2.2), 1).value_at((1.0, 1.7)) == -1
 
 
 def test_flights_that_turn_by_a_right_angle_have_no_eye():
     rise = 0.17
     second = make_flight(base=(LENGTH + 0.6, 0.6, 9 * rise), heading=np.pi / 2, num_risers=9)
     stairway = make_stairway(make_flight(num_risers=9), second)
-    assert mask_of(stairway, 1).value_at((1.0, 1.2)) == 0
+    assert mask_of(stairway, 1).value_at((1.0, 1.2)) == -1
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -81,10 +81,10 @@ def test_a_well_goes_on_beside_steps_of_which_an_end_was_not_seen(side):
     mask = mask_of(make_stairway(unseen), 1)
     beside = 0.6 + UNSEEN_SIDE + EDGE_MARGIN
     assert mask.value_at((2.0, side * (beside - 0.04))) == 100
-    assert mask.value_at((2.0, side * (beside + 0.06))) == 0
-    assert mask.value_at((2.0, -side * (0.6 + EDGE_MARGIN + 0.06))) == 0
+    assert mask.value_at((2.0, side * (beside + 0.06))) == -1
+    assert mask.value_at((2.0, -side * (0.6 + EDGE_MARGIN + 0.06))) == -1
     # Wheels stand safely beside stairs that lead up.
-    assert mask_of(make_stairway(unseen), 0).value_at((1.0, side * 0.7)) == 0
+    assert mask_of(make_stairway(unseen), 0).value_at((1.0, side * 0.7)) == -1
 
 
 def test_a_robot_that_climbs_has_the_stairs_open_and_not_the_sides_of_their_well():
@@ -100,12 +100,12 @@ def test_a_robot_that_climbs_has_the_stairs_open_and_not_the_sides_of_their_well
         for share in np.linspace(0.0, 1.0, 40):
             place = start + share * (end - start)
             for aside in ((0.25, 0.0), (-0.25, 0.0), (0.0, 0.25), (0.0, -0.25)):
-                assert mask.value_at(place[:2] + aside) == 0, place
+                assert mask.value_at(place[:2] + aside) == -1, place
     assert mask_of(stairway, 0, robot="spot") is None
 
 
 def test_who_climbs_steps_of_which_an_end_was_not_seen_is_not_fenced_off_there():
     stairway = make_stairway(make_flight(num_risers=18, left_bounded=False))
     mask = mask_of(stairway, 1, robot="spot")
-    assert mask.value_at((2.0, 0.75)) == mask.value_at((2.0, 1.1)) == 0
+    assert mask.value_at((2.0, 0.75)) == mask.value_at((2.0, 1.1)) == -1
     assert mask.value_at((2.0, -0.75)) == 100

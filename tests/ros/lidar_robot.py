@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from planner_ear import PlannerEar
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from robot_messages import time_message, transform_message
@@ -38,6 +39,7 @@ class LidarRobot(Node):
         super().__init__("lidar_robot")
         self.stairways: list[dict[str, float]] = []
         self.diagnostics: list[str] = []
+        self.planner = PlannerEar(self)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._points = self.create_publisher(PointCloud2, "points", 5)
         self._tf = self.create_publisher(TFMessage, "/tf", 100)
@@ -102,10 +104,19 @@ def main() -> None:
         while time.monotonic() - begin < FACTOR * PERIOD_NS * 1e-9:
             rclpy.spin_once(robot, timeout_sec=0.02)
     deadline = time.monotonic() + PATIENCE
-    while not (robot.stairways and "1 stairway" in robot.diagnostics) and time.monotonic() < deadline:
+    while time.monotonic() < deadline:
+        is_masked = robot.planner.heard()["masks"].get("current", {}).get("forbidden")
+        if robot.stairways and "1 stairway" in robot.diagnostics and is_masked:
+            break
         rclpy.spin_once(robot, timeout_sec=0.1)
     Path(sys.argv[2]).write_text(
-        json.dumps({"stairways": robot.stairways, "diagnostics": robot.diagnostics[-20:]})
+        json.dumps(
+            {
+                "stairways": robot.stairways,
+                "diagnostics": robot.diagnostics[-20:],
+                "planner": robot.planner.heard(),
+            }
+        )
     )
     rclpy.shutdown()
 

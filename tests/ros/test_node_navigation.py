@@ -50,7 +50,7 @@ def test_a_dock_is_told_as_nav2_hears_it(ros: RosEnvironment) -> None:
     assert heard["current_floor"] == floor["id"]
     for mask in (heard["masks"]["current"], heard["masks"][f"floor {floor['id']}"]):
         assert mask["frame_id"] == "map"
-        assert mask["values"] == [0, 100]
+        assert mask["values"] == [-1, 100]
         forbidden = np.array(mask["forbidden"])
         before_edge = forbidden[np.abs(forbidden[:, 1]) < 0.2, 0]
         assert before_edge.min() < -0.27

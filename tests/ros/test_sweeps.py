@@ -50,6 +50,14 @@ def test_the_stairway_of_a_robot_with_a_lidar_is_published(
     assert flight["rise"] == pytest.approx(0.17, abs=0.006)
     assert flight["run"] == pytest.approx(0.28, abs=0.006)
     assert "1 stairway" in heard["diagnostics"]
+    # Wheels are kept off the stairs though no camera tells where the ground is.
+    planner = heard["planner"]
+    forbidden = np.array(planner["masks"]["current"]["forbidden"])
+    ahead = forbidden[np.abs(forbidden[:, 1]) < 0.3, 0]
+    assert ahead.min() == pytest.approx(0.0, abs=0.15)
+    assert ahead.max() > 1.5
+    assert len(planner["obstacles"]) > 20
+    assert planner["floors"][0]["height"] == pytest.approx(0.0, abs=0.05)
 
 
 def test_a_lidar_that_is_silent_is_named(ros: RosEnvironment) -> None:

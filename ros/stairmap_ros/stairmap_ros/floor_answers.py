@@ -9,7 +9,7 @@ import numpy as np
 from stairmap.arrays import Vector
 from stairmap.navigation.floors import FloorError, FloorStack, find_floors
 from stairmap.navigation.keepout import forbidden_ground, make_keepout_mask
-from stairmap.navigation.occupancy import FREE, MapError, OccupancyGrid
+from stairmap.navigation.occupancy import UNKNOWN, MapError, OccupancyGrid
 from stairmap.navigation.portals import ANY_ROBOT, Portal, make_portals
 from stairmap.navigation.robot_profile import RobotProfile
 from stairmap.navigation.traversability import assess
@@ -19,7 +19,7 @@ from stairmap_ros.stairway_map import MapAnswer
 ON_FLOOR = 0.4
 """The robot is on a floor if its feet are within this of its height, m; farther off it is on stairs."""
 
-EMPTY_MASK = OccupancyGrid(cells=np.full((1, 1), FREE, dtype=np.int8), resolution=0.05, origin=(0.0, 0.0))
+EMPTY_MASK = OccupancyGrid(cells=np.full((1, 1), UNKNOWN, dtype=np.int8), resolution=0.05, origin=(0.0, 0.0))
 """The mask of a floor that nothing forbids: a costmap filter waits until there is one."""
 
 

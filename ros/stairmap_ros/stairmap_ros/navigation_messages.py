@@ -80,7 +80,7 @@ def make_staging_poses(portals: Sequence[Portal], header: Header) -> PoseArray:
 
 
 def make_mask(grid: OccupancyGrid, height: float, header: Header) -> OccupancyGridMessage:
-    """Return a keep-out mask of a floor at a height, m: 100 is forbidden, 0 is free."""
+    """Return a keep-out mask of a floor at a height, m: 100 is forbidden, -1 leaves a costmap as it is."""
     message = OccupancyGridMessage(header=header)
     rows, columns = grid.cells.shape
     message.info.map_load_time = header.stamp

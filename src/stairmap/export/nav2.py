@@ -86,7 +86,7 @@ def dump_keepout_masks(
     """Write a Nav2 keep-out mask for each floor that stairs or drops touch.
 
     The files are ``keepout_floor_<level>.yaml`` and ``.pgm``. Black ground is forbidden: stairs, the space
-    under them, and the strip before each edge.
+    under them, and the strip before each edge. The rest is grey, of which Nav2 takes no note.
 
     Parameters
     ----------

@@ -17,13 +17,13 @@ from stairmap.navigation.footprints import (
     side_rectangles,
     stair_rectangles,
 )
-from stairmap.navigation.occupancy import FREE, OCCUPIED, MapError, OccupancyGrid
+from stairmap.navigation.occupancy import OCCUPIED, UNKNOWN, MapError, OccupancyGrid
 from stairmap.navigation.robot_profile import RobotProfile
 from stairmap.navigation.traversability import assess
 from stairmap.stairway import Stairway
 
 _BORDER = 1.0
-"""Free border around the stairs of a mask that no map gives its extent, m."""
+"""Border around the stairs of a mask that no map gives its extent, m."""
 
 MAX_CELLS = 200_000_000
 """Most cells of such a mask: half a square kilometre of cells of 0.05 m."""
@@ -85,7 +85,10 @@ def make_keepout_mask(
     like: OccupancyGrid | None = None,
     resolution: float = 0.05,
 ) -> OccupancyGrid | None:
-    """Return the ground of a floor that stairs and drops forbid: 100 there, 0 elsewhere.
+    """Return the ground of a floor that stairs and drops forbid: 100 there, -1 elsewhere.
+
+    Nowhere does a mask say 0: Nav2's keep-out filter writes that over unknown ground of a costmap, which then
+    is free. Cells of -1 it leaves as they are.
 
     Parameters
     ----------
@@ -128,12 +131,12 @@ def make_keepout_mask(
     is_forbidden = cover_mask(like, rectangles)
     if beside:
         is_forbidden |= cover_mask(like, beside) & ~cover_mask(like, ways)
-    cells = np.where(is_forbidden, OCCUPIED, FREE)
+    cells = np.where(is_forbidden, OCCUPIED, UNKNOWN)
     return OccupancyGrid(cells=cells.astype(np.int8), resolution=like.resolution, origin=like.origin)
 
 
 def _grid_around(rectangles: Sequence[Rectangle], level: int, resolution: float) -> OccupancyGrid:
-    """A free grid around rectangles on a floor."""
+    """A grid around rectangles on a floor."""
     corners = np.concatenate([rectangle.corners() for rectangle in rectangles])
     low = np.floor((corners.min(axis=0) - _BORDER) / resolution) * resolution
     size = np.ceil((corners.max(axis=0) + _BORDER - low) / resolution).astype(int)
