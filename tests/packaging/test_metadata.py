@@ -84,11 +84,30 @@ def test_all_and_dev_name_extras_that_there_are() -> None:
 def test_version_stands_in_one_place_and_files_that_must_repeat_it_agree() -> None:
     assert "version" not in PROJECT["project"] and "version" in PROJECT["project"]["dynamic"]
     assert yaml.safe_load((ROOT / "CITATION.cff").read_text())["version"] == stairmap.__version__
-    for package in ("stairmap_ros", "stairmap_msgs"):
+    for package in ("stairmap", "stairmap_ros", "stairmap_msgs"):
         text = (ROOT / "ros" / package / "package.xml").read_text()
         assert f"<version>{stairmap.__version__}</version>" in text, package
+    assert f'version="{stairmap.__version__}"' in (ROOT / "ros/stairmap_ros/setup.py").read_text()
     recipe = yaml.safe_load((ROOT / "packaging/conda-forge/recipe.yaml").read_text())
     assert recipe["context"]["version"] == stairmap.__version__
+
+
+def test_no_address_is_invented() -> None:
+    """``package.xml`` must have an address; one that ends in .invalid is nobody's (RFC 2606)."""
+    files = [
+        ROOT / "pyproject.toml",
+        ROOT / "CITATION.cff",
+        ROOT / "SECURITY.md",
+        ROOT / "CODE_OF_CONDUCT.md",
+    ]
+    files += [
+        *(ROOT / "ros").glob("*/package.xml"),
+        *(ROOT / "ros").glob("*/setup.py"),
+        *(ROOT / "packaging").rglob("*.*"),
+    ]
+    for file in files:
+        for address in re.findall(r"[\w.+-]+@[\w-]+\.[\w.]*\w", file.read_text(encoding="utf-8")):
+            assert address.endswith(".invalid"), (file.name, address)
 
 
 def test_conda_recipe_asks_for_the_same_packages() -> None:
