@@ -466,3 +466,24 @@ def test_narrow_treads_that_a_phone_blends_are_found_by_sharpened_scans(
     if is_sharpened:
         assert found.observations[0].rise == pytest.approx(0.17, abs=0.004)
         assert found.observations[0].run == pytest.approx(0.28, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "part"),
+    [
+        (([10, 20], [30, 60]), ([10, 20], [30, 60]), 1.0),
+        (([10, 20], [30, 60]), ([0, 0], [100, 100]), 1.0),
+        (([0, 0], [100, 100]), ([10, 20], [30, 60]), 1.0),
+        (([10, 20], [30, 60]), ([20, 40], [60, 90]), 0.25),
+        (([20, 40], [60, 90]), ([10, 20], [30, 60]), 0.25),
+        (([10, 20], [30, 60]), ([30, 20], [50, 60]), 0.0),
+        (([10, 20], [30, 60]), ([40, 70], [50, 80]), 0.0),
+        (([10, 20], [30, 60]), ([10, 61], [30, 80]), 0.0),
+        (([10, 20], [10.5, 21]), ([0, 0], [50, 50]), 0.5),
+    ],
+)
+def test_of_two_areas_the_smaller_one_tells_which_part_they_share(
+    first: tuple[list[float], list[float]], second: tuple[list[float], list[float]], part: float
+) -> None:
+    # Less than a pixel counts as one.
+    assert detector.shared_part(np.array(first), np.array(second)) == pytest.approx(part)

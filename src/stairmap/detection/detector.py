@@ -286,7 +286,7 @@ def _without_duplicates(
         if candidate.observation is None and not winds(candidate):
             continue
         area = _area_of(candidate, image)
-        if all(_overlap(area, other) <= MAX_OVERLAP for other, _ in kept):
+        if all(shared_part(area, other) <= MAX_OVERLAP for other, _ in kept):
             kept.append((area, candidate.observation))
     return tuple(observation for _, observation in kept if observation is not None)
 
@@ -302,8 +302,8 @@ def _area_of(candidate: Candidate, image: InverseDepthImage) -> Float64Array:
     )
 
 
-def _overlap(first: Float64Array, second: Float64Array) -> float:
-    """Share of the smaller of two areas that lies in the other."""
+def shared_part(first: Float64Array, second: Float64Array) -> float:
+    """Return which part of the smaller of two areas, (2, 2) least and greatest corner, lies in the other."""
     shared = np.minimum(first[1], second[1]) - np.maximum(first[0], second[0])
     if (shared <= 0).any():
         return 0.0
