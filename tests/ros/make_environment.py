@@ -51,8 +51,11 @@ OTHER_PACKAGES = (
     "ninja",
     "numpy==1.26.4",
     "opencv-python-headless==4.6.0.66",
+    "py-trees",
+    "embreex",
 )
-"""numpy and OpenCV are those of Ubuntu 24.04, the lowest that stairmap allows."""
+"""numpy and OpenCV are those of Ubuntu 24.04, the lowest that stairmap allows. py-trees is the explorer's,
+embreex that of the world that it is let loose in."""
 
 INTERFACES = (
     ROOT / "tests/ros/interfaces/nav2_msgs",
@@ -213,7 +216,8 @@ def clean_env() -> dict[str, str]:
 
 def message_files(folder: Path) -> list[Path]:
     """Return the files of a package that its messages are built from."""
-    return [folder / "CMakeLists.txt", *folder.glob("msg/*.msg"), *folder.glob("srv/*.srv")]
+    kinds = ("msg", "srv", "action")
+    return [folder / "CMakeLists.txt", *(file for kind in kinds for file in folder.glob(f"{kind}/*.{kind}"))]
 
 
 def digest(*paths: Path) -> str:
