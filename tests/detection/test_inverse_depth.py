@@ -310,3 +310,34 @@ def test_windows_across_a_jump_of_several_percent_fit_no_plane(
     column = surfaces.points[:, 0] / surfaces.points[:, 2] * 262.5
     assert (np.abs(column) < 3).any() == is_fitted
     assert (np.abs(column) > 20).any()
+
+
+@pytest.mark.parametrize(("num_sharp", "is_sharp"), [(96, True), (48, False)])
+def test_the_upper_quarter_of_jumps_tells_how_a_sensor_smooths(num_sharp: int, is_sharp: bool) -> None:
+    # Of 240 rows two fifths or one fifth show the jump as it is, the others see an edge aslant.
+    sharp, smooth = image_of_jump(smoothing=1.0), image_of_jump(smoothing=1.6)
+    q = smooth.inverse_depth.copy()
+    q[:num_sharp] = sharp.inverse_depth[:num_sharp]
+    (found,) = estimate_smoothings(InverseDepthImage(inverse_depth=q, valid=q > 0, camera=SMALL, stride=1))
+    (expected,) = estimate_smoothings(sharp if is_sharp else smooth)
+    assert found == pytest.approx(expected, rel=0.01)
+
+
+def test_between_two_jumps_the_quarter_is_found_by_proportion() -> None:
+    # Twenty rows, 40 jumps: at place 29.25 of them in ascending order. Each smoothing is seen by two or four.
+    q = np.concatenate([image_of_jump(smoothing=s).inverse_depth[:12] for s in np.linspace(2.0, 1.0, 10)])
+    found = estimate_smoothings(InverseDepthImage(inverse_depth=q, valid=q > 0, camera=SMALL, stride=1))[0]
+    steps = np.linspace(2.0, 1.0, 10)
+    assert steps[8] < found < steps[6]
+
+
+@pytest.mark.parametrize(("bend_deg", "is_inner"), [(8.0, True), (14.0, False)])
+def test_windows_above_and_below_an_inner_one_are_parallel_to_10_degrees(
+    bend_deg: float, is_inner: bool
+) -> None:
+    v = (np.arange(240) - 119.5) / 262.5
+    slope = np.tan(np.radians(bend_deg / 2))
+    q = np.repeat((0.6 + 0.6 * slope * np.abs(v))[:, None], 320, axis=1).astype(np.float32)
+    surfaces = fit_surface_normals(InverseDepthImage(inverse_depth=q, valid=q > 0, camera=SMALL, stride=1))
+    row = surfaces.points[:, 1] / surfaces.points[:, 2] * 262.5
+    assert surfaces.is_inner[np.abs(row) < 3].all() == is_inner

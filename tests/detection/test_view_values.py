@@ -143,7 +143,7 @@ def down_to_a_floor() -> Detection:
 
 
 def numbers(detection: Detection) -> list[list[float]]:
-    """Lengths, mm, directions, thousandths, and counts of all that was found."""
+    """Lengths, mm, directions, thousandths, tens of steps and of what is so, and counts of rays."""
     rows = []
     for seen in detection.observations:
         std = 1e3 * np.sqrt(np.diag(seen.covariance))
@@ -159,10 +159,11 @@ def numbers(detection: Detection) -> list[list[float]]:
         )  # fmt: skip
         rows.append(
             [
-                len(seen.edges), seen.num_steps, seen.floor_seen, seen.top_seen, seen.view == "ascending",
+                10 * len(seen.edges), 10 * seen.num_steps,
+                10 * seen.floor_seen, 10 * seen.top_seen, 10 * (seen.view == "ascending"),
                 *(edge.num_pixels / 16 for edge in seen.edges),
-                *(edge.left_bounded + 2 * edge.right_bounded for edge in seen.edges),
-                *(edge.cue == "crease" for edge in seen.edges),
+                *(10 * edge.left_bounded + 20 * edge.right_bounded for edge in seen.edges),
+                *(10 * (edge.cue == "crease") for edge in seen.edges),
             ]
         )  # fmt: skip
     rows += [[1e3 * rule.measured, 1e3 * rule.limit] for rule in detection.rejections]
@@ -179,7 +180,7 @@ def numbers(detection: Detection) -> list[list[float]]:
     rows.append(
         [
             *(mask.sum() / 100 for mask in (trace.edge_pixels, trace.tread_pixels, trace.riser_pixels)),
-            len(trace.candidate_lines), len(trace.accepted_lines), *trace.candidate_lines.mean(axis=0),
+            10 * len(trace.candidate_lines), 10 * len(trace.accepted_lines), *trace.candidate_lines.mean(axis=0),
         ]
         if len(trace.candidate_lines)
         else [0.0]

@@ -143,7 +143,7 @@ def sample_ground(
         return None
     slope = np.ascontiguousarray(grid.slope[grid.slope < 0.0])
     bearing = np.ascontiguousarray(grid.bearing[COLUMN_STEP // 2 :: COLUMN_STEP])
-    if not len(slope) or not len(bearing):
+    if not len(slope):
         return None
     camera = GroundCamera(image.camera.fx, image.camera.fy, image.camera.cx, image.camera.cy, LEAST_DEPTH)
     plane, crossing, height, is_seen = fit_ground(

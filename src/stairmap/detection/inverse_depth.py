@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -152,7 +151,7 @@ def estimate_smoothings(image: InverseDepthImage) -> tuple[float, ...]:
     shares = measure_jumps(image.inverse_depth, shape)
     if len(shares) < MIN_JUMPS:
         return SHARP, SMOOTH
-    return (max(float(np.interp(-_upper_quartile(shares), _falling_shares(), SMOOTHINGS)), SHARP),)
+    return (max(float(np.interp(-_upper_quartile(shares), _FALLING_SHARES, SMOOTHINGS)), SHARP),)
 
 
 def _upper_quartile(values: Float32Array) -> float:
@@ -162,15 +161,17 @@ def _upper_quartile(values: Float32Array) -> float:
     return float(low + (high - low) * (place - math.floor(place)))
 
 
-@lru_cache(maxsize=1)
 def _falling_shares() -> Float64Array:
-    """Share of a jump that its steepest pixel takes at each of ``SMOOTHINGS``, counted negative to ascend."""
     # The normal distribution between -x and x is erf(x / √2); SciPy's takes a quarter of a second to import.
     pixel, all_of_it = (
         np.array([math.erf(reach / smoothing / math.sqrt(2.0)) for smoothing in SMOOTHINGS.tolist()])
         for reach in (0.5, JUMP_REACH)
     )
     return readonly(-pixel / all_of_it)
+
+
+_FALLING_SHARES = _falling_shares()
+"""Share of a jump that its steepest pixel takes at each of ``SMOOTHINGS``, counted negative to ascend."""
 
 
 def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (9, 5)) -> SurfaceNormals:
@@ -188,7 +189,11 @@ def fit_surface_normals(image: InverseDepthImage, *, window: tuple[int, int] = (
     if min(image.valid.shape) < 2:
         nothing = np.zeros((0, 3), dtype=np.float32)
         return SurfaceNormals(
-            normals=nothing, points=nothing, residual=nothing[:, 0], is_inner=nothing[:, 0] > 0, noise=0.0
+            normals=nothing,
+            points=nothing,
+            residual=nothing[:, 0],
+            is_inner=np.zeros(0, dtype=bool),
+            noise=0.0,
         )
     camera = image.camera.scaled(0.5)
     windows = PlaneWindows(
