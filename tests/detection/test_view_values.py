@@ -180,7 +180,8 @@ def numbers(detection: Detection) -> list[list[float]]:
     rows.append(
         [
             *(mask.sum() / 100 for mask in (trace.edge_pixels, trace.tread_pixels, trace.riser_pixels)),
-            10 * len(trace.candidate_lines), 10 * len(trace.accepted_lines), *trace.candidate_lines.mean(axis=0),
+            10 * len(trace.candidate_lines), 10 * len(trace.accepted_lines),
+            *trace.candidate_lines.mean(axis=0),
         ]
         if len(trace.candidate_lines)
         else [0.0]
