@@ -93,7 +93,24 @@ def test_the_level_changes_halfway_over_the_stairs_and_lanes_follow_the_way(tmp_
     assert [cabin[0] for cabin in cabins] == ["floor_0", "floor_1"]
     assert cabins[0][1:3] == pytest.approx((8 * 0.28 + 0.6, 0.65))
     places = {(round(x, 2), round(y, 2)) for _, x, y, _, _ in waypoints}
-    assert {(0.0, 0.0), (2.24, 0.0), (2.84, 0.0), (2.84, 1.3), (2.24, 1.3), (0.0, 1.3)} <= places
+    assert {(-0.6, 0.0), (2.84, 0.0), (2.84, 1.3), (-0.6, 1.3)} <= places
+
+
+def test_no_robot_is_asked_to_wait_on_a_flight(tmp_path):
+    """A robot waited for the lift's answer at the foot of a flight, and plans might hold it halfway up."""
+    robot = load_robot("spot")
+    turn, straight = STAIRWAYS[0], STAIRWAYS[1]
+    portals = make_portals([turn, straight], find_floors([turn, straight]), robot)
+    graph = rmf_from_route_graph(make_route_graph(portals, robot, {}), robot, building_name="house")
+    for level in graph["levels"].values():
+        for x, y, options in level["vertices"]:
+            is_on_stairs = not options["name"]
+            assert options.get("is_passthrough_point", False) is is_on_stairs
+            if is_on_stairs and "lift" not in options:
+                assert x == pytest.approx(2.84, abs=0.01), (x, y)
+    # Straight on from the staging pose to the lift, round the corner of the landing otherwise.
+    assert len(graph["levels"]["floor_2"]["vertices"]) == 2
+    assert len(graph["levels"]["floor_0"]["vertices"]) == 3
 
 
 @pytest.mark.parametrize("direction", ["up", "down"])
@@ -140,4 +157,8 @@ def test_a_lift_stands_where_its_waypoints_do_and_heads_up_the_stairs(tmp_path):
     assert heading == pytest.approx(0.5)
     for level in graph["levels"].values():
         (cabin,) = [vertex for vertex in level["vertices"] if "lift" in vertex[2]]
-        assert cabin == [pytest.approx(x), pytest.approx(y), {"name": "", "lift": "stairway_7"}]
+        assert cabin == [
+            pytest.approx(x),
+            pytest.approx(y),
+            {"name": "", "lift": "stairway_7", "is_passthrough_point": True},
+        ]

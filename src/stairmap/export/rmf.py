@@ -3,7 +3,9 @@
 That parser knows one way from level to level: a *lift*, whose waypoints stand above each other. So a stairway
 is a lift: lanes lead up to a waypoint halfway over the stairs on the lower level, and on from one at the same
 place on the upper level. RMF then lets one robot at a time onto the stairs, and asks the lift's adapter,
-which for stairs always says yes.
+which for stairs always says yes. A robot waits for its answer where the lane into the lift begins: before
+the stairs, or on a landing, for there are no vertices on flights but the lift's. RMF plans to hold at none of
+them.
 """
 
 from __future__ import annotations
@@ -23,6 +25,9 @@ from stairmap.navigation.robot_profile import RobotProfile
 from stairmap.navigation.route_graph import RouteGraph
 from stairmap.output_files import write_whole_text
 from stairmap.stairway import rounded
+
+STRAIGHT = 0.02
+"""A place so near to the straight way past it is no turn, m."""
 
 
 class _Level:
@@ -85,7 +90,9 @@ def rmf_from_route_graph(graph: RouteGraph, robot: RobotProfile, *, building_nam
             (ends[1], portal.upper_level, portal.way[index:-1][::-1]),
         ):
             level = levels[level_number]
-            chain = [place_of[number], *(level.add(place) for place in inner), level.add(middle, lift=name)]
+            turns = _turns_of([graph.nodes[number].position, *inner, middle])
+            chain = [place_of[number], *(level.add(place, is_passthrough_point=True) for place in turns)]
+            chain.append(level.add(middle, lift=name, is_passthrough_point=True))
             is_lower = number == ends[0]
             for first, second in pairwise(chain):
                 # Onto the stairs from below one goes up, from above down.
@@ -117,6 +124,17 @@ def dump_rmf(values: dict[str, Any], path: Path) -> None:
 def _portals_of(graph: RouteGraph) -> Sequence[Portal]:
     found = {edge.portal.stairway_id: edge.portal for edge in graph.edges if edge.portal is not None}
     return list(found.values())
+
+
+def _turns_of(places: Sequence[Vector]) -> list[Vector]:
+    """Places between the first and the last of a way at which it turns."""
+    kept = [places[0]]
+    for place, after in pairwise(places[1:]):
+        along, offset = (after - kept[-1])[:2], (place - kept[-1])[:2]
+        off = abs(along[0] * offset[1] - along[1] * offset[0]) / max(float(np.hypot(*along)), 1e-9)
+        if off > STRAIGHT:
+            kept.append(place)
+    return kept[1:]
 
 
 def _middle_of(way: Points) -> tuple[Vector, int]:
