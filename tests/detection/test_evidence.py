@@ -427,3 +427,40 @@ def test_a_few_rays_in_a_hundred_beside_the_stairs_do_not_widen_them(share: floa
     evidence = evidence_of(where(rays, aside & ~towards_step, 0.0), UP)
     assert (evidence.unmeasured.sum() > 20) == is_inside
     assert (evidence.unmeasured.sum() == 0) == (not is_inside)
+
+
+@pytest.mark.parametrize("profile", [UP, DOWN], ids=["up", "down"])
+def test_a_flat_surface_is_compared_from_the_foot_of_the_stairs_to_the_last_nosing(
+    profile: StairProfile,
+) -> None:
+    rays = measure(profile, slopes=(-3.0, 0.6))
+    s, z = profile.nosing_distances, profile.tread_heights
+    # Of stairs that descend the lowest rays see the uppermost tread, and its nosing ends the floor before it.
+    low, high = (z[0] / s[0], z[-1] / s[-1]) if profile.run > 0 else (z[-1] / s[-1], z[1] / s[0])
+    reference = flatness(rays, profile)
+    for beyond in (rays.slope < low - 1e-3, rays.slope > high + 1e-3):
+        assert flatness(where(rays, beyond, 1.5), profile) == pytest.approx(reference, rel=1e-6)
+    for inside in (
+        (rays.slope > low) & (rays.slope < low + 0.05),
+        (rays.slope < high) & (rays.slope > high - 0.05),
+    ):
+        assert inside.any()
+        assert flatness(where(rays, inside, 1.5), profile) != pytest.approx(reference, rel=0.01)
+
+
+def test_only_a_step_that_found_the_lattice_begins_the_stairs() -> None:
+    # The step behind those found shows most rays; between it and them one is refuted.
+    on, farther = np.array([20, 20, 0, 90]), np.array([0, 0, 30, 0])
+    assert choose_steps(counts(4, on=on, farther=farther), (0, 1)) == (0, 1)
+    assert choose_steps(counts(4, on=on, farther=farther), (0, 3)) == (3, 3)
+    assert choose_steps(counts(4, on=on[::-1], farther=farther[::-1]), (2, 3)) == (2, 3)
+
+
+def test_four_rays_tell_a_flat_surface() -> None:
+    rays = measure(UP, noise=0.0)
+    inside = np.flatnonzero((rays.slope > -0.8) & (rays.slope < -0.1))[::400]
+    for num, is_told in ((3, False), (4, True)):
+        kept = np.zeros(len(rays.slope), bool)
+        kept[inside[:num]] = True
+        few = where(rays, ~kept, 0.0)
+        assert (flatness(few, UP) != 1.0) == is_told

@@ -403,3 +403,39 @@ def test_all_broken_rules_are_told() -> None:
     )
     assert {"min_steps", "max_rise", "max_see_through", "min_width"} <= set(found)
     assert isinstance(make_case().evidence, Evidence)
+
+
+def test_what_is_exactly_at_a_limit_is_within_it() -> None:
+    # Five of nine steps, two pairs of them neighbours: half of the four that there could be.
+    long = make_profile(num_steps=9)
+    halfway = [40, 40, 0, 40, 40, 0, 40, 0, 0]
+    assert rejections_of(make_case(long, on=halfway, farther=0, farther_tread=0)) == {}
+    wide = make_case(sides=(-0.25, 0.5))
+    assert rejections_of(wide, envelope={"min_width": 0.75}) == {}
+    sure = make_case(make_profile(rise=0.1875, run=0.25, height=-0.8125), covariance=np.zeros((6, 6)))
+    assert rejections_of(sure, envelope={"min_rise": 0.1875, "min_run": 0.25}) == {}
+    assert rejections_of(sure, envelope={"max_rise": 0.1875, "max_run": 0.25}) == {}
+    std = np.full(5, np.radians(1.0))
+    at_limit = np.array([0.0, 0.0, 0.0, 0.0, MAX_TURN + 2.0 * std[0]])
+    assert not find_turned(at_limit, std)[0].any()
+
+
+def test_of_two_steps_nothing_may_be_seen_through() -> None:
+    two = {"on": [40, 40, 0, 0, 0], "on_tread": 0, "nearer": 0, "farther_tread": 0}
+    through = rejections_of(make_case(farther=[1, 0, 0, 0, 0], **two))
+    assert through["max_see_through"].limit == 0.0
+    assert through["max_see_through"].measured == pytest.approx(1 / 81)
+    assert "max_see_through" not in rejections_of(make_case(farther=0, **two))
+
+
+@pytest.mark.parametrize(("beyond", "is_used"), [(0.07, True), (0.02, False)])
+def test_what_stands_at_the_right_end_of_the_stairs_tells_no_turn_either(
+    beyond: float, is_used: bool
+) -> None:
+    rays = measure(UP, noise=0.0)
+    s = 1 / rays.inverse_distance
+    t = rays.bearing * s
+    leans = replace(rays, inverse_distance=np.where(t < -0.3 + beyond, 1 / (s + 0.1), rays.inverse_distance))
+    plain, _ = measure_turns(rays, UP, (-0.3, 0.3))
+    turn, _ = measure_turns(leans, UP, (-0.3, 0.3))
+    assert (np.nanmax(np.abs(turn - plain)) > np.radians(2)) == is_used

@@ -236,7 +236,7 @@ def choose_steps(evidence: Evidence, found: tuple[int, int]) -> tuple[int, int] 
     inside[found[0] : found[1] + 1] = True
     if not (is_seen & inside).any():
         return None
-    main = int(np.argmax(np.where(is_seen & inside, evidence.on, -1)))
+    main = int(np.argmax(np.where(is_seen & inside, evidence.on, 0)))
     ends = []
     for direction in (-1, 1):
         end, place, unseen = main, main + direction, 0
