@@ -14,6 +14,7 @@ from stairmap.geometry import (
     fit_plane_ransac,
     normalized,
     plane_distances,
+    solve_three,
     weighted_median,
     wrapped_angle,
 )
@@ -177,3 +178,11 @@ def test_three_points_are_enough_for_a_plane_with_outliers_or_without() -> None:
     np.testing.assert_allclose(fitted[0], [0.0, 0.0, 1.0, -1.0], atol=1e-12)
     assert fitted[1].all()
     assert fit_plane_ransac(points[:2], tolerance=0.01, seed=1) is None
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_three_equations_are_solved_as_numpy_does(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    square, right = random.normal(size=(3, 3)), random.normal(size=3)
+    matrix = square @ square.T + 0.5 * np.eye(3) + 0.1 * np.triu(square)
+    assert solve_three(matrix, right) == pytest.approx(np.linalg.solve(matrix, right), rel=1e-9, abs=1e-9)

@@ -47,5 +47,5 @@ def readonly(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     Array that cannot be written to.
     """
     array = np.array(values, dtype=dtype)
-    array.flags.writeable = False
+    array.setflags(write=False)
     return array

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,7 +40,7 @@ class PinholeCamera:
     def __post_init__(self) -> None:
         values = {"fx": self.fx, "fy": self.fy, "cx": self.cx, "cy": self.cy}
         for name, value in values.items():
-            if not np.isfinite(value):
+            if not math.isfinite(value):
                 raise CalibrationError(f"camera {name} must be finite, got {value}")
         for name, value in {"fx": self.fx, "fy": self.fy}.items():
             if value <= 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -130,7 +131,7 @@ def examine(scene: Scene, lattice: Lattice, config: Config) -> Candidate:
     measured = gather_rays(scene.elevation, strips, row_step)
     everything = all_rays(scene.elevation, strips, row_step)
     start = StairProfile(
-        ground=scene.ground_slope * float(np.sign(lattice.run)),
+        ground=scene.ground_slope * math.copysign(1.0, lattice.run),
         distance=lattice.distance,
         height=lattice.height,
         run=lattice.run,
@@ -184,7 +185,7 @@ def _row_step(scene: Scene, lattice: Lattice) -> int:
         return 1
     farthest = max(lattice.distance + int(lattice.indices[-1]) * lattice.run, MIN_FORWARD)
     rows = lattice.rise / farthest / scene.elevation.grid.row_size
-    return int(np.clip(rows / MIN_STEP_ROWS, 1, MAX_ROW_STEP))
+    return int(min(max(rows / MIN_STEP_ROWS, 1), MAX_ROW_STEP))
 
 
 def _lets_through(evidence: Evidence) -> bool:
@@ -212,13 +213,12 @@ def _fit_seen_steps(
             return None
         span = chosen
         profile = wider.with_steps(-span[0], span[1] + 1 - wider.num_steps)
-        seen = evidence.of_steps(*span)
         if span == found:
             break
     fitted = fit_profile(
         measured, profile, noise=scene.noise, optics=scene.optics(), up_std=scene.up_std, around=fitted
     )
-    return None if fitted is None else (fitted, seen)
+    return None if fitted is None else (fitted, evidence.of_steps(*span))
 
 
 def _fit_coarsely(
@@ -247,27 +247,30 @@ def _observe(case: Case, extents: StepExtents, chosen: IntArray, scene: Scene) -
     # A step too thin to show its ends reaches from side to side as far as is known.
     lefts = np.where(np.isfinite(extents.left), extents.left, case.sides[1])
     rights = np.where(np.isfinite(extents.right), extents.right, case.sides[0])
-    edges = []
-    for index in chosen:
-        point = s[index] * ahead + z[index] * up
-        ends = [point + lefts[index] * left_axis, point + rights[index] * left_axis]
-        bounded = [bool(extents.left_bounded[index]), bool(extents.right_bounded[index])]
-        if descending:
-            ends.reverse()
-            bounded.reverse()
-        edges.append(
-            StairEdge(
-                nosing=np.array(ends),
-                step_index=int(index - chosen[0]),
-                left_bounded=bounded[0],
-                right_bounded=bounded[1],
-                cue="crease" if evidence.on_tread[index] > 0 else "jump",
-                num_pixels=int(evidence.on[index] + evidence.on_tread[index]) * PIXELS_PER_RAY,
-                std=(float(fitted.step_std[index, 0]), float(fitted.step_std[index, 1])),
-            )
-        )
+    aside = np.stack([lefts, rights], axis=1)[chosen]
+    bounded = np.stack([extents.left_bounded, extents.right_bounded], axis=1)[chosen]
+    middle = aside.mean()
+    if descending:
+        aside, bounded = aside[:, ::-1], bounded[:, ::-1]
+    line = np.outer(s[chosen], ahead) + np.outer(z[chosen], up)
+    nosings = line[:, None] + aside[..., None] * left_axis
     lowest, is_top = int(chosen[0]), int(chosen[-1]) == profile.num_steps - 1
-    middle = np.mean([edge.nosing.mean(axis=0) @ left_axis for edge in edges])
+    num_rays = (evidence.on + evidence.on_tread)[chosen].tolist()
+    stds = fitted.step_std[chosen].tolist()
+    edges = [
+        StairEdge(
+            nosing=nosing,
+            step_index=index - lowest,
+            left_bounded=left_bounded,
+            right_bounded=right_bounded,
+            cue="crease" if evidence.on_tread[index] > 0 else "jump",
+            num_pixels=number * PIXELS_PER_RAY,
+            std=(along, upward),
+        )
+        for index, nosing, (left_bounded, right_bounded), number, (along, upward) in zip(
+            chosen.tolist(), nosings, bounded.tolist(), num_rays, stds, strict=True
+        )
+    ]
     origin = (profile.distance + lowest * profile.run) * ahead + (profile.height + lowest * profile.rise) * up
     return StairObservation(
         stamp_ns=scene.stamp_ns,
@@ -285,7 +288,7 @@ def _observe(case: Case, extents: StepExtents, chosen: IntArray, scene: Scene) -
         overhang_std=fitted.overhang_std,
         floor_seen=lowest == 0 and is_level_seen(case.rays, profile, is_top=False),
         top_seen=is_top and is_level_seen(case.rays, profile, is_top=True),
-        points=np.concatenate([edge.nosing for edge in edges]),
+        points=nosings.reshape(-1, 3),
     )
 
 
@@ -293,5 +296,5 @@ def _covariance_at(fitted: FittedProfile, lowest: int) -> Float64Array:
     """The covariance with the origin moved to the lowest step that was seen, run counted positive."""
     jacobian = np.eye(6)
     jacobian[2, 1], jacobian[3, 0] = lowest, lowest
-    jacobian[1:3] *= np.sign(fitted.profile.run)
+    jacobian[1:3] *= fitted.profile.direction
     return np.asarray(jacobian @ fitted.covariance @ jacobian.T)

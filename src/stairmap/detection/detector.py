@@ -6,6 +6,7 @@ pictures in docs/method.md.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -179,6 +180,7 @@ class _Look:
         config: Config,
     ) -> None:
         self._image, self._corrected, self._stamp_ns, self._config = image, corrected, stamp_ns, config
+        self._level_axes = level_axes(corrected.up)
         self._noise = max(STRIP_NOISE * surfaces.noise, MIN_NOISE)
         self._smoothings = estimate_smoothings(image)
         self._is_sharp = False
@@ -244,8 +246,8 @@ class _Look:
     def _sample(self, angle: float) -> tuple[Elevation, float] | None:
         """The elevation along a heading, and how much the ground climbs there."""
         ground = self._corrected.ground
-        ahead, left = level_axes(self._corrected.up)
-        forward = np.cos(angle) * ahead + np.sin(angle) * left
+        ahead, left = self._level_axes
+        forward = math.cos(angle) * ahead + math.sin(angle) * left
         # Ground that slopes aside turns no rise: only along the heading does it matter what is level.
         climb = float(ground @ forward)
         up = normalized(ground - climb * forward)
@@ -281,10 +283,10 @@ def _without_duplicates(
         return "max_turn" in measured and measured.get("min_steps") == 0
 
     kept: list[tuple[Float64Array, StairObservation | None]] = []
-    order = sorted(candidates, key=lambda item: (int(item.score), winds(item), item.score), reverse=True)
-    for candidate in order:
-        if candidate.observation is None and not winds(candidate):
-            continue
+    some = [item for item in candidates if item.observation is not None or winds(item)]
+    if len(some) == 1:
+        return () if some[0].observation is None else (some[0].observation,)
+    for candidate in sorted(some, key=lambda item: (int(item.score), winds(item), item.score), reverse=True):
         area = _area_of(candidate, image)
         if all(shared_part(area, other) <= MAX_OVERLAP for other, _ in kept):
             kept.append((area, candidate.observation))

@@ -152,32 +152,33 @@ def find_void_places(samples: GroundSamples) -> EdgePlaces:
     What stands right behind the gap is no void: a thing whose foot is dark.
     """
     height, crossing = samples.height, samples.crossing
-    num_rows = len(height)
     is_measured = np.isfinite(height)
-    is_dark = ~is_measured
-    for step in range(1, min(MIN_VOID_ROWS - 1, num_rows)):
-        is_dark[:-step] &= ~is_measured[step:]
-    # Most bearings have no gap at all.
-    with_gap = np.flatnonzero(is_dark[: 1 - MIN_VOID_ROWS].any(axis=0))
-    if not len(with_gap):
-        return EdgePlaces(column=with_gap, place=np.zeros((0, 2)), depth=np.zeros(0))
-    height, crossing, is_measured = height[:, with_gap], crossing[:, with_gap], is_measured[:, with_gap]
-    rows = np.arange(num_rows, dtype=np.int32)[:, None]
-    last = np.maximum.accumulate(np.where(is_measured, rows, np.int32(-1)), axis=0)
-    # A gap ends at a measured ray or at the border of the image; the ray before it is the last on the ground.
-    is_end = is_measured[1:] | (rows[1:] == num_rows - 1)
-    is_long = is_end & (rows[1:] - last[:-1] >= MIN_VOID_ROWS) & (last[:-1] >= LAST_GROUND - 1)
-    end, column = np.nonzero(is_long)
-    start, end = last[end, column], end + 1
-    low, high = crossing[start, column], crossing[end, column]
+    # The last measured ray before as many without a measurement as make a void, in reach.
+    near = int(np.count_nonzero((crossing < MAX_VOID_DISTANCE).any(axis=1)))
+    last_start = min(near, len(height) - MIN_VOID_ROWS)
+    begins = is_measured[LAST_GROUND - 1 : max(last_start, 0)].copy()
+    for step in range(1, MIN_VOID_ROWS):
+        begins &= ~is_measured[LAST_GROUND - 1 + step :][: len(begins)]
+    start, column = np.nonzero(begins)
+    # Most frames have no gap at all.
+    if not len(start):
+        return EdgePlaces(column=column, place=np.zeros((0, 2)), depth=np.zeros(0))
+    start += LAST_GROUND - 1
     window = start - np.arange(LAST_GROUND)[:, None]
+    low = crossing[start, column]
+    tolerance = NOISE + NOISE_PER_METRE * crossing[window, column]
+    is_ground = (np.abs(height[window, column]) < tolerance).all(axis=0) & (low < MAX_VOID_DISTANCE)
+    start, column, low = start[is_ground], column[is_ground], low[is_ground]
+    # A gap ends at a measured ray or at the border of the image.
+    is_end = is_measured[:, column] & (np.arange(len(height))[:, None] > start)
+    is_end[-1] = True
+    end = is_end.argmax(axis=0)
+    high = crossing[end, column]
     with np.errstate(invalid="ignore"):  # infinite where a ray never meets the ground
-        is_void = (high - low >= MIN_VOID) & (low < MAX_VOID_DISTANCE)
+        is_void = high - low >= MIN_VOID
         is_void &= ~(high * (1.0 - height[end, column] / samples.view.height) < low + MIN_VOID)
-        tolerance = NOISE + NOISE_PER_METRE * crossing[window, column]
-        is_void &= (np.abs(height[window, column]) < tolerance).all(axis=0)
     # In the order of rows, the first of each bearing is the nearest.
-    column, nearest = np.unique(with_gap[column[is_void]], return_index=True)
+    column, nearest = np.unique(column[is_void], return_index=True)
     distance = low[is_void][nearest].astype(np.float64) + MAX_SHIFT
     place = np.stack([distance, distance * samples.view.bearing[column]], axis=1)
     return EdgePlaces(column=column, place=place, depth=np.full(len(column), np.nan))

@@ -10,6 +10,7 @@ surface is a straight line in tau.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import cv2
@@ -139,10 +140,9 @@ def make_grid(image: InverseDepthImage, up: Vector, forward: Vector) -> Elevatio
     x, y = _spaced(min(across), max(across), num_columns), _spaced(max(along), min(along), num_rows)
     left = cross(up, forward)
     # What a step to the right, or down, in the upright image adds along each axis.
-    ahead_x, ahead_y, left_x, left_y, up_x, up_y = (
-        float(axis @ step) for axis in (forward, left, up) for step in (right, down)
-    )
-    forward_z, left_z, up_z = (float(axis[2]) for axis in (forward, left, up))
+    axes = np.array([forward, left, up])
+    (ahead_x, ahead_y), (left_x, left_y), (up_x, up_y) = (axes @ np.array([right, down]).T).tolist()
+    forward_z, left_z, up_z = axes[:, 2].tolist()
     # The rows' slopes are those of the column that looks most nearly along the heading.
     middle = float(x[-1 if ahead_x > 0 else 0])
     middle = min(max(middle, float(x[num_columns // 4])), float(x[3 * num_columns // 4]))
@@ -200,23 +200,25 @@ def make_elevation(image: InverseDepthImage, up: Vector, forward: Vector) -> Ele
         return None
     first, num_strips = _first_column(len(grid.bearing)), len(grid.bearing) // STRIP_WIDTH
     inside = grid.bearing[first : first + num_strips * STRIP_WIDTH]
-    num_samples = STRIP_WIDTH // COLUMN_STEP
-    means = StripMeans(
-        num_samples,
-        STRIP_SPREAD,
-        min_valid=-(-num_samples // MIN_VALID_PART),
-        min_near=-(-num_samples // MIN_NEAR_PART),
-    )
     q = sample_strips(
         image.inverse_depth,
         grid.axes,
         grid.slope,
         np.ascontiguousarray(inside[::COLUMN_STEP]),
         _view_of(image),
-        means,
+        _STRIP_MEANS,
     )
-    middle = inside.reshape(num_strips, STRIP_WIDTH).mean(axis=1)
+    middle = inside.reshape(num_strips, STRIP_WIDTH).sum(axis=1) / STRIP_WIDTH
     return Elevation(grid=grid, bearing=middle, inverse_distance=q)
+
+
+_NUM_SAMPLES = STRIP_WIDTH // COLUMN_STEP
+_STRIP_MEANS = StripMeans(
+    _NUM_SAMPLES,
+    STRIP_SPREAD,
+    min_valid=-(-_NUM_SAMPLES // MIN_VALID_PART),
+    min_near=-(-_NUM_SAMPLES // MIN_NEAR_PART),
+)
 
 
 def sharpened(elevation: Elevation, smoothing: float) -> Elevation:
@@ -258,7 +260,7 @@ def _upright_axes(up: Vector) -> tuple[Vector, Vector]:
     """The camera's x and y axes turned about its optical axis until y points downward."""
     down = np.array([-up[0], -up[1], 0.0])
     # Looking straight up or down, every turn is as upright as any.
-    down = normalized(down) if np.hypot(down[0], down[1]) > 0.05 else np.array([0.0, 1.0, 0.0])
+    down = normalized(down) if math.hypot(down[0], down[1]) > 0.05 else np.array([0.0, 1.0, 0.0])
     return np.array([down[1], -down[0], 0.0]), down
 
 

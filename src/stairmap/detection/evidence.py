@@ -10,7 +10,7 @@ floor (a level that goes on forward).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -23,11 +23,10 @@ from stairmap.detection.profile import (
     ROWS_PER_ENTRY,
     Prediction,
     StairProfile,
-    Surface,
     edge_optics,
     section_limits,
 )
-from stairmap.kernels import compare_with_line, count_steps
+from stairmap.kernels import compare_with_line, count_steps, outlines
 from stairmap.kernels.counts import LineLimits
 from stairmap.kernels.step_counts import CountLimits
 
@@ -101,6 +100,10 @@ class Evidence:
     continued, ended
         (2, num_steps) rays just above the nosing that see the surface beneath it go on, and that do not; then
         those beneath it that see the tread go on towards the camera, and that do not.
+    goes_on
+        (num_steps,) whether a surface that should end at the nosing goes on: a wall, or a floor.
+    is_seen
+        (num_steps,) whether rays lie on the step, and its surface ends at its nosing.
     """
 
     on: IntArray
@@ -111,25 +114,22 @@ class Evidence:
     farther_tread: IntArray
     continued: IntArray
     ended: IntArray
+    goes_on: Mask = field(init=False)
+    is_seen: Mask = field(init=False)
+
+    def __post_init__(self) -> None:
+        most = self.continued > MAX_CONTINUED * (self.continued + self.ended)
+        goes_on = (most & (self.continued >= MIN_RAYS)).any(axis=0)
+        reached = self.on + self.farther
+        shows = (self.on >= MIN_RAYS) & (self.on >= MIN_ON_SHARE * reached)
+        shows &= self.on >= MIN_SHOWN_SHARE * (reached + self.nearer)
+        object.__setattr__(self, "goes_on", goes_on)
+        object.__setattr__(self, "is_seen", shows & ~goes_on)
 
     def of_steps(self, first: int, last: int) -> Evidence:
         """Return the evidence of some steps only, the last one included."""
-        kept = {field.name: getattr(self, field.name)[..., first : last + 1] for field in fields(self)}
-        return Evidence(**kept)
-
-    @property
-    def goes_on(self) -> Mask:
-        """(num_steps,) whether a surface that should end at the nosing goes on: a wall, or a floor."""
-        most = self.continued > MAX_CONTINUED * (self.continued + self.ended)
-        return np.asarray((most & (self.continued >= MIN_RAYS)).any(axis=0))
-
-    @property
-    def is_seen(self) -> Mask:
-        """(num_steps,) whether rays lie on the step, and its surface ends at its nosing."""
-        measured = self.on + self.farther + self.nearer
-        shows = (self.on >= MIN_RAYS) & (self.on >= MIN_ON_SHARE * (self.on + self.farther))
-        shows &= self.on >= MIN_SHOWN_SHARE * measured
-        return np.asarray(shows & ~self.goes_on)
+        names = [count.name for count in fields(self) if count.init]
+        return Evidence(**{name: getattr(self, name)[..., first : last + 1] for name in names})
 
     @property
     def is_refuted(self) -> Mask:
@@ -155,7 +155,7 @@ def all_rays(elevation: Elevation, strips: IntArray, row_step: int = 1) -> Rays:
 
 def tolerances(predicted: Prediction, profile: StairProfile, noise: float) -> Float64Array:
     """(N,) how far inverse distance may be off for a ray to be on its surface, 1/m."""
-    is_level = (predicted.surface == Surface.TREAD) | (predicted.surface == Surface.UNDERSIDE)
+    is_level = (predicted.surface == outlines.TREAD) | (predicted.surface == outlines.UNDERSIDE)
     limit = np.where(is_level, profile.rise, abs(profile.run)) * MAX_TOLERANCE_SHARE
     sensitivity = predicted.sensitivity
     return np.asarray(np.minimum(SURFACE_TOLERANCE * sensitivity + NUM_SIGMA * noise, limit * sensitivity))

@@ -10,7 +10,7 @@ covariance is the inverse of the same equations.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -172,7 +172,7 @@ class Rays:
         The new up is up + tilt·forward + roll·left, the new forward is forward - tilt·up + turn·left.
         """
         slope, bearing, q = turn_rays(self.arrays, tilt, roll, turn)
-        return replace(self, slope=slope, bearing=bearing, inverse_distance=q)
+        return Rays(slope=slope, bearing=bearing, inverse_distance=q, row=self.row, strip=self.strip)
 
 
 def gather_rays(elevation: Elevation, strips: IntArray, row_step: int = 1) -> Rays:
@@ -307,10 +307,9 @@ def fit_profile(
         ),
         _LIMITS._replace(spacing=ROWS_PER_ENTRY * known.row_size),
     )
-    if not is_found:
+    if not is_found or not (covariance.diagonal()[_COVARIANCE_ROWS] > 0).all():
         return None
-    result = _result(start, known, values, places, covariance, optics.shift, noise=seen_noise, cost=cost)
-    return result if (np.diag(result.covariance) > 0).all() else None
+    return _result(start, known, values, places, covariance, optics.shift, noise=seen_noise, cost=cost)
 
 
 _EQUATIONS = EquationLimits(
@@ -379,7 +378,7 @@ def _result(
     )  # fmt: skip
     n = profile.num_steps
     own = np.full(2 * n + 1, np.nan)
-    own[: len(full) - NUM_VALUES] = np.sqrt(np.maximum(np.diag(full)[NUM_VALUES:], 0.0))
+    own[: len(full) - NUM_VALUES] = np.sqrt(np.maximum(full.diagonal()[NUM_VALUES:], 0.0))
     # A front lower than what the sensor blends hardly shows: the overhang is then no better known than that.
     near = max(float(profile.nosing_distances.min()), MIN_FORWARD)
     blended = BLENDED_SHARE * known.smoothing * known.row_size * near
@@ -390,8 +389,8 @@ def _result(
         turn=turn,
         optics=Optics(row_size=known.row_size, smoothing=known.smoothing, shift=shift),
         noise=noise,
-        covariance=full[_COVARIANCE_ROWS, _COVARIANCE_ROWS.T],
-        step_std=np.stack([own[:n], own[n + 1 :]], axis=1),
+        covariance=full[_COVARIANCE_ROWS[:, None], _COVARIANCE_ROWS],
+        step_std=np.array([own[:n], own[n + 1 :]]).T,
         overhang_std=float(math.hypot(math.sqrt(max(full[OVERHANG, OVERHANG], 0.0)), blended)),
         rise_information=_rise_information(full, rise, shift - known_shift),
         cost=cost,
@@ -413,7 +412,7 @@ def _rise_information(covariance: Float64Array, rise: float, shift: float) -> Fl
     return np.array([[known, mixed, product[0]], [mixed, of_shift, product[1]]])
 
 
-_COVARIANCE_ROWS = np.array([RISE, RUN, DISTANCE, HEIGHT, TILT, TURN])[:, None]
+_COVARIANCE_ROWS = np.array([RISE, RUN, DISTANCE, HEIGHT, TILT, TURN])
 
 
 def turned_rays(rays: Rays, fitted: FittedProfile) -> Rays:

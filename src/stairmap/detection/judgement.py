@@ -253,7 +253,7 @@ def find_turned(turn: Float64Array, std: Float64Array) -> tuple[Mask, float]:
     winds = bool((direction[1:] * direction[:-1] > 0).any())
     if not winds and len(known) >= 2:
         weight = 1.0 / (std[known] + np.radians(1.0)) ** 2
-        offset = known - np.average(known, weights=weight)
+        offset = known - (weight @ known) / weight.sum()
         spread = float(np.sum(weight * offset**2))
         slope = float(np.sum(weight * offset * turn[known])) / spread
         winds = abs(slope) > MAX_GROWTH + 2.0 / np.sqrt(spread)

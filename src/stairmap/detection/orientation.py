@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stairmap.arrays import Float64Array, Vector
+from stairmap.arrays import Float64Array, Vector, readonly
 from stairmap.detection.inverse_depth import SurfaceNormals
-from stairmap.geometry import angle_between, cross, normalized
+from stairmap.geometry import angle_between, cross, normalized, solve_three
 from stairmap.kernels import count_floor_cells, find_facing, sum_normals
 from stairmap.kernels.normals import FacingLimits, NormalLimits
 
@@ -118,18 +118,22 @@ def correct_up(
         if num_level < max(MIN_LEVEL_SHARE * num_planes, 10):
             return CorrectedUp(up, std, up)
         # Up that minimises |u + n|^2 over level normals and (u·n)^2 over upright ones.
-        ground = normalized(np.linalg.solve(num_level * np.eye(3) + UPRIGHT_WEIGHT * scatter, -level))
+        ground = normalized(solve_three(num_level * _IDENTITY + UPRIGHT_WEIGHT * scatter, -level))
     share = num_level / num_planes
-    if np.arccos(np.clip(ground @ up, -1, 1)) > max_correction * min(1.0, share / FULL_TURN_SHARE):
+    turn = math.acos(min(max(float(ground @ up), -1.0), 1.0))
+    if turn > max_correction * min(1.0, share / FULL_TURN_SHARE):
         return CorrectedUp(up, std, up)
-    basis = np.stack(level_axes(up))
-    information = basis @ scatter @ basis.T / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
-    pull = -basis @ scatter @ up / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
+    basis = np.array(level_axes(up))
+    projected = basis @ scatter / (LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE)
+    information, pull = projected @ basis.T, -projected @ up
     # What all of them share does not average out.
-    known = 1.0 / (1.0 + np.trace(information) * UPRIGHT_STD**2)
+    known = 1.0 / (1.0 + (information[0, 0] + information[1, 1]) * UPRIGHT_STD**2)
     noise = LEVEL_NORMAL_STD**2 * NORMALS_PER_SAMPLE / num_level
     mean, variance = _weigh_grounds(basis @ ground, noise, (known * information, known * pull), std)
-    return CorrectedUp(normalized(up + mean @ basis), float(np.sqrt(variance)), ground)
+    return CorrectedUp(normalized(up + mean @ basis), math.sqrt(variance), ground)
+
+
+_IDENTITY = readonly(np.eye(3))
 
 
 def _weigh_grounds(

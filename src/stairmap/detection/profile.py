@@ -135,19 +135,18 @@ class StairProfile:
         """Return the profile with more regular steps below and above; negative numbers cut some off."""
         num_steps = self.num_steps + below + above
         distances, heights = self.offsets[: self.num_steps], self.offsets[self.num_steps :]
-        kept = np.arange(-below, self.num_steps + above)
-        inside = (kept >= 0) & (kept < self.num_steps)
-        own_s = np.where(inside, distances[kept.clip(0, self.num_steps - 1)], 0.0)
+        offsets = np.zeros(2 * num_steps + 1)
+        first, end = max(-below, 0), self.num_steps + min(above, 0)
+        offsets[first + below : end + below] = distances[first:end]
         # The level below the first step is kept as a level where steps are cut off, or where none are added.
-        levels = np.arange(-below, self.num_steps + above + 1)
-        known = (levels >= (0 if below <= 0 else 1)) & (levels <= self.num_steps)
-        own_z = np.where(known, heights[levels.clip(0, self.num_steps)], 0.0)
+        first, end = (1 if below > 0 else -below), end + 1
+        offsets[num_steps + first + below : num_steps + end + below] = heights[first:end]
         return replace(
             self,
             distance=self.distance - below * self.run,
             height=self.height - below * self.rise,
             num_steps=num_steps,
-            offsets=np.concatenate([own_s, own_z]),
+            offsets=offsets,
         )
 
 
