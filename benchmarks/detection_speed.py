@@ -20,6 +20,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from goals import Goal
 from samples import Sample
 
 from stairmap.camera import PinholeCamera
@@ -30,6 +31,15 @@ from stairmap.frame import DepthFrame
 
 KERNELS = {"compiled": "", "NumPy": "numpy"}
 """Variants by name, and what ``STAIRMAP_KERNELS`` is for them."""
+
+MAX_MEDIAN_UNITS = {"320×240": 0.31, "640×480": 0.31}
+"""Goals of the median, by size: about three milliseconds."""
+
+MAX_P99, MAX_MOST = 2.5, 4.0
+"""Goals of the 99th percentile and of the maximum, in medians."""
+
+MAX_LARGE_MS, USUAL_UNIT_MS = 10.0, 9.6
+"""Goal of a frame of 1920×1080 pixels, and the unit of the machine it was set for, ms."""
 
 VIEWS_PER_KIND = 24
 STRIPE_ROWS = 6
@@ -43,8 +53,10 @@ def measure_detection(samples: dict[int, list[Sample]], cache: Path | None) -> s
     milliseconds = _measure([frame for _, frame in named])
     names = list(dict.fromkeys(name for name, _ in named))
     groups = [(name, [i for i, (own, _) in enumerate(named) if own == name]) for name in names]
-    both = [i for i, (name, _) in enumerate(named) if name.endswith(("320×240", "640×480"))]
-    groups.append(("**all of 320×240 and 640×480**", both))
+    sizes = {
+        size: [i for i, (name, _) in enumerate(named) if name.endswith(size)] for size in MAX_MEDIAN_UNITS
+    }
+    groups += [(f"**all of {size}**", members) for size, members in sizes.items()]
     unit = statistics.median(milliseconds["piece"])
     rows = []
     for name, members in groups:
@@ -63,7 +75,34 @@ def measure_detection(samples: dict[int, list[Sample]], cache: Path | None) -> s
         "column is the median with compiled kernels over that of `cv2.Canny` and `cv2.HoughLinesP` on the "
         "same frames."
     )
-    return note + "\n\n" + format_table(("frames", "number", *columns, "compiled: × Canny + Hough"), rows)
+    table = format_table(("frames", "number", *columns, "compiled: × Canny + Hough"), rows)
+    compiled = np.array(milliseconds["compiled"])
+    goals = [goal for size, members in sizes.items() for goal in _goals(size, compiled[members], unit)]
+    largest = [i for i, name in enumerate(name for name, _ in named) if name.endswith("1920×1080")]
+    median = float(np.median(compiled[largest]))
+    text = f"1920×1080: median ≤ {MAX_LARGE_MS:g} ms where a unit takes {USUAL_UNIT_MS:g} ms"
+    at_usual = median / unit * USUAL_UNIT_MS
+    goals.append(Goal(text=text, measured=f"{at_usual:.1f} ms", is_met=at_usual <= MAX_LARGE_MS))
+    met = format_table(("goal, compiled kernels", "measured", "met"), [goal.cells() for goal in goals])
+    return "\n\n".join([note, table, met])
+
+
+def _goals(size: str, milliseconds: np.ndarray, unit: float) -> list[Goal]:
+    """What all frames of one size should take, and what they took."""
+    median, p99, most = (float(np.percentile(milliseconds, share)) for share in (50, 99, 100))
+    limit = MAX_MEDIAN_UNITS[size]
+    return [
+        Goal(
+            text=f"{size}: median ≤ {limit:g} units",
+            measured=f"{median / unit:.2f}",
+            is_met=median <= limit * unit,
+        ),
+        Goal(
+            text=f"{size}: 99th percentile ≤ {MAX_P99:g}, maximum ≤ {MAX_MOST:g} medians",
+            measured=f"{p99 / median:.1f}, {most / median:.1f}",
+            is_met=p99 <= MAX_P99 * median and most <= MAX_MOST * median,
+        ),
+    ]
 
 
 def _all_frames(samples: dict[int, list[Sample]], cache: Path | None) -> Iterator[tuple[str, DepthFrame]]:
