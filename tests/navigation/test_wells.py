@@ -7,6 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stairmap.drop import Drop
+from stairmap.modeling.drop_stairways import assign_drops
+from stairmap.navigation.edge_pieces import pieces_beside
 from stairmap.navigation.floors import find_floors
 from stairmap.navigation.footprints import EDGE_MARGIN, UNSEEN_SIDE
 from stairmap.navigation.keepout import ForbiddenGround, block_stairs, forbidden_ground, make_keepout_mask
@@ -109,3 +112,39 @@ def test_who_climbs_steps_of_which_an_end_was_not_seen_is_not_fenced_off_there()
     mask = mask_of(stairway, 1, robot="spot")
     assert mask.value_at((2.0, 0.75)) == mask.value_at((2.0, 1.1)) == -1
     assert mask.value_at((2.0, -0.75)) == 100
+
+
+def test_the_edge_of_a_platform_goes_on_beside_the_stairs_that_a_robot_climbs():
+    """Stairs of 1.2 m lead down from a dock of 6 m: with their edge, all of the dock's was open."""
+    stairway = make_stairway(make_flight(num_risers=6))
+    x, z = 5 * 0.28, 6 * 0.17
+    drop = Drop(
+        id=1, edge=np.array([[x, -3.0, z], [x, 3.0, z]]), depth=1.0, num_observations=5, first_seen_ns=0,
+        last_seen_ns=1, stairway_id=1,
+    )  # fmt: skip
+    (own,) = assign_drops([replace(drop, edge=np.array([[x, -0.6, z], [x, 0.6, z]]))], [stairway])
+    spot = load_robot("spot")
+    assert forbidden_ground([stairway], [own], spot).drops == ()
+    left = forbidden_ground([stairway], [drop], spot).drops
+    assert np.array([part.edge[:, 1] for part in left]) == pytest.approx(np.array([[-3.0, -0.9], [0.9, 3.0]]))
+    assert all(part.outward @ drop.outward == pytest.approx(1.0) for part in left)
+    mask = make_keepout_mask(forbidden_ground([stairway], [drop], spot), find_floors([stairway]), 1)
+    for aside in (-2.0, -0.8, 0.8, 2.0):
+        assert mask.value_at((x + 0.2, aside)) == 100
+    for aside in (-0.5, 0.0, 0.5):
+        assert mask.value_at((x + 0.2, aside)) == -1
+    assert forbidden_ground([stairway], [drop], None).drops == (drop,)
+
+
+def sides_of(edge, flight):
+    return np.array([piece[:, 1] for piece in pieces_beside(edge, flight)])
+
+
+def test_an_edge_beside_steps_of_which_an_end_was_not_seen_begins_farther_off():
+    edge = np.array([[0.0, -3.0, 0.0], [0.0, 3.0, 0.0]])
+    seen, unseen = make_flight(), make_flight(left_bounded=False)
+    assert sides_of(edge, seen) == pytest.approx(np.array([[-3.0, -0.9], [0.9, 3.0]]))
+    assert sides_of(edge, unseen) == pytest.approx(np.array([[-3.0, -0.9], [1.5, 3.0]]))
+    assert pieces_beside(edge * [1, 1 / 3, 1], seen) == ()
+    along = np.array([[0.0, 2.0, 0.0], [1.0, 2.0, 0.0]])
+    assert np.array_equal(pieces_beside(along, seen)[0], along)

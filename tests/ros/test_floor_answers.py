@@ -154,7 +154,11 @@ def test_the_side_of_a_well_is_an_obstacle_to_who_climbs_its_stairs(at_stairs: D
     (flight,) = answer.stairways[0].flights
     passable = passable_ids(answer, load_robot("spot"))
     left = np.array([-flight.forward[1], flight.forward[0], 0.0])
-    ends = {"side": (0.6 * left, 0.6 * left - flight.forward), "front": (0.5 * left, -0.5 * left)}
+    ends = {
+        "side": (0.6 * left, 0.6 * left - flight.forward),
+        "front": (0.5 * left, -0.5 * left),
+        "platform": (0.5 * left, -3.5 * left),
+    }
     camera_from_map = np.linalg.inv(at_stairs.pose)
     for name, offsets in ends.items():
         edge = transform_points(camera_from_map, top_of(flight) + np.array(offsets))
@@ -164,7 +168,7 @@ def test_the_side_of_a_well_is_an_obstacle_to_who_climbs_its_stairs(at_stairs: D
             drops=(DropEdge(edge=edge, depth=1.0, num_rays=9),),
         )
         points = obstacle_points(replace(answer, drops=()), passable, seen, at_stairs.pose)
-        assert (len(points) > 20) == (name == "side")
+        assert (len(points) > 20) == (name != "front")
 
 
 def near_cells(answer: FloorAnswer) -> np.ndarray:

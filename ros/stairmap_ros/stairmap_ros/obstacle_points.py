@@ -13,7 +13,8 @@ import numpy as np
 from stairmap.arrays import Points, Transform
 from stairmap.detection.observation import Detection
 from stairmap.modeling.landings import top_of
-from stairmap.stairway import Stairway
+from stairmap.navigation.edge_pieces import drops_not_climbed, pieces_beside
+from stairmap.stairway import Flight, Stairway
 from stairmap.transforms import transform_points
 from stairmap_ros.stairway_map import MapAnswer
 
@@ -52,7 +53,7 @@ def obstacle_points(
         return np.zeros((0, 3))
     ids = set(passable)
     climbed = [stairway for stairway in answer.stairways if stairway.id in ids]
-    edges = [drop.edge for drop in answer.drops if drop.stairway_id not in ids]
+    edges = [drop.edge for drop in drops_not_climbed(answer.drops, climbed)]
     for stairway in answer.stairways:
         if stairway.id not in ids:
             edges += _end_edges(stairway)
@@ -60,7 +61,8 @@ def obstacle_points(
         seen = [edge.edge for edge in detection.drops]
         seen += [edge.nosing for observation in detection.observations for edge in observation.edges]
         in_map = [transform_points(map_from_camera, np.asarray(edge)) for edge in seen]
-        edges += [edge for edge in in_map if not _is_near(edge, climbed)]
+        for edge in in_map:
+            edges += _not_climbed(edge, climbed)
     points = [_fence(edge) for edge in edges]
     height = map_from_camera[2, 3]
     joined: Points = np.concatenate([np.zeros((0, 3)), *points])
@@ -78,25 +80,29 @@ def _end_edges(stairway: Stairway) -> list[Points]:
     return ends
 
 
-def _is_near(edge: Points, stairways: Sequence[Stairway]) -> bool:
-    """Whether an edge lies across some stairways, and its middle on or right before one.
+def _not_climbed(edge: Points, climbed: Sequence[Stairway]) -> list[Points]:
+    """What of an edge is no part of stairs that the robot climbs."""
+    pieces = [edge]
+    for stairway in climbed:
+        for flight in stairway.flights:
+            if _is_across(edge, flight):
+                pieces = [part for piece in pieces for part in pieces_beside(piece, flight)]
+    return pieces
+
+
+def _is_across(edge: Points, flight: Flight) -> bool:
+    """Whether an edge lies across a flight, on it or right before one of its ends.
 
     An edge along stairs is the side of their well, which nobody may step over.
     """
-    middle, along = edge.mean(axis=0), edge[1] - edge[0]
-    length = max(float(np.linalg.norm(along)), 1e-9)
-    for stairway in stairways:
-        for flight in stairway.flights:
-            if abs(float(along @ flight.forward)) > MAX_ASLANT * length:
-                continue
-            offset = middle - flight.box.center
-            left = np.array([-flight.forward[1], flight.forward[0], 0.0])
-            box = flight.box
-            half = np.array([box.depth, box.width, box.height]) / 2 + NEAR_STAIRS
-            local = np.array([offset @ flight.forward, offset @ left, offset[2]])
-            if (np.abs(local) < half).all():
-                return True
-    return False
+    along = edge[1] - edge[0]
+    if abs(float(along @ flight.forward)) > MAX_ASLANT * max(float(np.linalg.norm(along)), 1e-9):
+        return False
+    offset = edge.mean(axis=0) - flight.box.center
+    ahead, above = float(offset @ flight.forward), float(offset[2])
+    return (
+        abs(ahead) < flight.box.depth / 2 + NEAR_STAIRS and abs(above) < flight.box.height / 2 + NEAR_STAIRS
+    )
 
 
 def _fence(edge: Points) -> Points:

@@ -31,12 +31,13 @@ def assign_drops(drops: Sequence[Drop], stairways: Sequence[Stairway]) -> tuple[
 
 def _find_stairway(drop: Drop, stairways: Sequence[Stairway]) -> int | None:
     for stairway in stairways:
-        if any(_is_edge_of(drop, flight) for flight in stairway.flights):
+        if any(is_edge_of(drop, flight) for flight in stairway.flights):
             return stairway.id
     return None
 
 
-def _is_edge_of(drop: Drop, flight: Flight) -> bool:
+def is_edge_of(drop: Drop, flight: Flight) -> bool:
+    """Tell whether a drop is the edge at which the steps of a flight begin to lead down."""
     if -(drop.outward @ flight.forward) < MIN_AGREEMENT:
         return False
     along, across, above = transform_points(invert_transform(flight.map_from_flight), drop.center)

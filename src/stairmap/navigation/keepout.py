@@ -9,6 +9,7 @@ import numpy as np
 
 from stairmap.arrays import Mask
 from stairmap.drop import Drop
+from stairmap.navigation.edge_pieces import drops_not_climbed
 from stairmap.navigation.floors import FloorStack
 from stairmap.navigation.footprints import (
     EDGE_MARGIN,
@@ -67,7 +68,7 @@ class ForbiddenGround:
     stairways
         Stairs that it cannot climb: forbidden as a whole.
     drops
-        Edges, but those at which stairs begin that it climbs.
+        Edges, but where stairs begin that it climbs.
     climbed
         Stairs that it climbs: only the sides of their wells are forbidden.
     """
@@ -162,6 +163,6 @@ def forbidden_ground(
     climbed = {stairway.id for stairway in stairways if assess(stairway, robot).verdict == "passable"}
     return ForbiddenGround(
         stairways=tuple(stairway for stairway in stairways if stairway.id not in climbed),
-        drops=tuple(drop for drop in drops if drop.stairway_id not in climbed),
+        drops=drops_not_climbed(drops, [stairway for stairway in stairways if stairway.id in climbed]),
         climbed=tuple(stairway for stairway in stairways if stairway.id in climbed),
     )
