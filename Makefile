@@ -95,7 +95,7 @@ lint-files: .venv-checkers/.installed
 docs: $(VENV)/.installed-dev
 	$(BIN)/stairmap config --markdown > docs/configuration.md.new
 	mv docs/configuration.md.new docs/configuration.md
-	PYTHONPATH=ros/stairmap_ros $(BIN)/python -m stairmap_ros.node_config ros/stairmap_ros docs/ros2.md
+	PYTHONPATH=ros/stairmap_ros $(BIN)/python -m stairmap_ros.parameter_files ros/stairmap_ros docs/ros2.md
 
 # The site, in site/; links that lead nowhere and names without a docstring end it.
 site: $(VENV)/.installed-docs

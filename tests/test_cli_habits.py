@@ -254,7 +254,7 @@ def test_only_the_writers_write() -> None:
         f"{path.relative_to(ROOT)}: {line.strip()}"
         for folder in ("src", "ros/stairmap_ros/stairmap_ros")
         for path in sorted((ROOT / folder).rglob("*.py"))
-        if path.name not in ("output_files.py", "node_config.py")
+        if path.name not in ("output_files.py", "parameter_files.py")
         for line in path.read_text(encoding="utf-8").splitlines()
         if re.search(r"\.write_(text|bytes)\(|\.open\(\"[wax]", line)
         and "folder.write_text" not in line
@@ -278,7 +278,7 @@ def test_only_the_loader_reads_texts() -> None:
         *("input_files.py", "array_files.py", "codes.py", "robot_profile.py", "view_running.py"),
         *("page.py", "report.py", "scan_report.py"),
         "task_process.py",  # /proc
-        "node_config.py",  # pages of ours
+        "parameter_files.py",  # pages of ours
     )
     found = [
         f"{path.name}: {line.strip()}"

@@ -3,6 +3,7 @@
 from setuptools import find_packages, setup
 
 PACKAGE = "stairmap_ros"
+CONFIGS = ["config/explorer.yaml", "config/fastdds_large_images.xml", "config/stairmap.yaml"]
 
 setup(
     name=PACKAGE,
@@ -11,8 +12,8 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        (f"share/{PACKAGE}/config", ["config/fastdds_large_images.xml", "config/stairmap.yaml"]),
-        (f"share/{PACKAGE}/launch", ["launch/stairmap.launch.py"]),
+        (f"share/{PACKAGE}/config", CONFIGS),
+        (f"share/{PACKAGE}/launch", ["launch/explorer.launch.py", "launch/stairmap.launch.py"]),
         (f"share/{PACKAGE}/rviz", ["rviz/stairmap.rviz"]),
     ],
     install_requires=["setuptools"],
@@ -23,6 +24,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
+            f"explorer = {PACKAGE}.explorer_main:main",
             f"play_recording = {PACKAGE}.play_recording:main",
             f"print_stairways = {PACKAGE}.print_stairways:main",
             f"stairmap_node = {PACKAGE}.main:main",

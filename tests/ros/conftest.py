@@ -48,8 +48,17 @@ def wheels() -> None:
 
 @pytest.fixture
 def ros(wheels: None, drive: Drive, tmp_path: Path) -> Iterator[RosEnvironment]:
-    """Give a ROS 2 of one's own; show the node's output where a test fails."""
-    environment = RosEnvironment(tmp_path, drive)
+    """Give a ROS 2 of one's own with a drive; show the node's output where a test fails."""
+    yield from _environment(RosEnvironment(tmp_path, drive), tmp_path)
+
+
+@pytest.fixture
+def ros_world(wheels: None, tmp_path: Path) -> Iterator[RosEnvironment]:
+    """Give a ROS 2 of one's own for robots in a simulated world."""
+    yield from _environment(RosEnvironment(tmp_path), tmp_path)
+
+
+def _environment(environment: RosEnvironment, tmp_path: Path) -> Iterator[RosEnvironment]:
     yield environment
     environment.stop()
     for log in sorted(tmp_path.glob("*.log")):

@@ -28,7 +28,7 @@ class Drive:
 class RosEnvironment:
     """Starts processes that hear each other and nobody else; ``variables`` are their environment."""
 
-    def __init__(self, folder: Path, drive: Drive) -> None:
+    def __init__(self, folder: Path, drive: Drive | None = None) -> None:
         self._folder = folder
         self._drive = drive
         self._processes: list[subprocess.Popen[bytes]] = []
@@ -67,11 +67,18 @@ class RosEnvironment:
         arguments = [part for key, value in parameters.items() for part in ("-p", f"{key}:={value}")]
         for source, target in {"__node": name, **remaps}.items():
             arguments += ["-r", f"{source}:={target}"]
-        ros_arguments = ["--ros-args", *arguments]
+        return self.start(
+            name, ENVIRONMENT / "bin/stairmap_node", "--ros-args", *arguments, variables=variables
+        )
+
+    def start(
+        self, name: str, *command: str | Path, variables: Mapping[str, str] | None = None
+    ) -> subprocess.Popen[bytes]:
+        """Start a program; its output goes to ``log_of(name)``."""
         with self.log_of(name).open("ab") as log:
             process = subprocess.Popen(
-                [ENVIRONMENT / "bin/stairmap_node", *ros_arguments],
-                env=variables,
+                command,
+                env=self.variables if variables is None else variables,
                 stdout=log,
                 stderr=subprocess.STDOUT,
             )

@@ -55,6 +55,7 @@ def test_colcon_finds_builds_and_tests_our_three_packages(workspace: Path) -> No
     colcon(workspace, "build", "--cmake-args", f"-DPython3_EXECUTABLE={ENVIRONMENT / 'bin/python'}")
     installed = workspace / "install/stairmap_ros/lib/stairmap_ros"
     assert {file.name for file in installed.iterdir()} == {
+        "explorer",
         "play_recording",
         "print_stairways",
         "stairmap_node",

@@ -115,3 +115,60 @@ print(json.dumps({
     np.testing.assert_allclose(message["planes"], [LOWER.plane, UPPER.plane], atol=1e-5)
     landing = STAIRWAY.landings[0]
     np.testing.assert_allclose(message["landing"], [*landing.center, *landing.size], atol=1e-6)
+
+
+def test_an_explorer_reads_back_what_the_map_says() -> None:
+    told = run_with_ros("""
+from stairmap_ros.stairway_messages_in import stairways_from_message
+(read,) = stairways_from_message(make_stairway_array([stairway], header))
+print(json.dumps(read.to_dict()))
+""")
+    # An end of which nobody knows whether it was seen was not seen, in messages.
+    upper = replace(UPPER, bottom_seen=False, top_seen=False)
+    assert_same(told, replace(STAIRWAY, flights=(LOWER, upper)).to_dict())
+
+
+def assert_same(told: Any, wanted: Any) -> None:
+    """Nested JSON types are equal but for rounding."""
+    if isinstance(wanted, dict):
+        assert told.keys() == wanted.keys()
+        for key in wanted:
+            assert_same(told[key], wanted[key])
+    elif isinstance(wanted, list):
+        assert len(told) == len(wanted)
+        for one, other in zip(told, wanted, strict=True):
+            assert_same(one, other)
+    else:
+        assert told == pytest.approx(wanted, abs=2e-6)
+
+
+def test_a_climb_goal_has_its_flight_in_the_order_of_the_climb() -> None:
+    up, down = run_with_ros("""
+from stairmap.exploration.levels import LevelBook
+from stairmap.exploration.stair_links import StairBook
+from stairmap.navigation.robot_profile import load_robot
+from stairmap_ros.climb_goal import make_climb_goal
+from stairmap_ros.stairway_messages_in import xyz, yaw_of
+levels, book = LevelBook(lambda height: None), StairBook(load_robot("spot"))
+levels.enter(stairway.flights[1].base[2])
+book.update([stairway], levels)
+points = lambda places: [xyz(place).tolist() for place in places]
+print(json.dumps([{
+    "frame": goal.header.frame_id, "stairway": goal.stairway, "direction": goal.direction,
+    "poses": points([goal.staging.position, goal.end.position]),
+    "headings": [yaw_of(goal.staging.orientation), yaw_of(goal.end.orientation)],
+    "risers": [flight.num_risers for flight in goal.flights], "numbers": list(goal.flight_numbers),
+    "tops": points(goal.tops), "way": points(goal.way), "levels": [goal.level_from, goal.level_to],
+} for goal in [make_climb_goal(book.links[1], header, is_up=is_up) for is_up in (True, False)]]))
+""")
+    assert (up["frame"], up["stairway"], up["risers"], up["numbers"]) == ("map", 7, [UPPER.num_risers], [1])
+    assert (up["direction"], down["direction"]) == (1, 2)
+    assert (up["levels"], down["levels"]) == ([0, -1], [-1, 0])
+    staging = UPPER.base - 0.6 * UPPER.forward
+    np.testing.assert_allclose(up["poses"][0], staging, atol=1e-6)
+    assert up["poses"] == down["poses"][::-1]
+    np.testing.assert_allclose(up["headings"], UPPER.heading, atol=1e-6)
+    np.testing.assert_allclose(down["headings"], UPPER.heading - np.pi, atol=1e-6)
+    np.testing.assert_allclose(up["tops"], [UPPER.edges()[-1].mean(axis=0)], atol=1e-6)
+    assert up["way"] == down["way"][::-1]
+    assert up["way"][0] == up["poses"][0]

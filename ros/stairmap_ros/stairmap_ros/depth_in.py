@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from stairmap.recordings.camera_info import find_camera_info_oddities
-from stairmap_ros.node_config import NodeConfig
+from stairmap_ros.node_config import InputConfig
 from stairmap_ros.node_status import NodeStatus
 from stairmap_ros.transforms_in import ns_from_time
 
@@ -57,7 +57,7 @@ class DepthIn:
     """
 
     def __init__(
-        self, node: Node, own: NodeConfig, status: NodeStatus, take: Callable[[Any, float], None]
+        self, node: Node, own: InputConfig, status: NodeStatus, take: Callable[[Any, float], None]
     ) -> None:
         self._node, self._status, self._take = node, status, take
         self._topics = find_depth_topics(node, own.depth_transport)

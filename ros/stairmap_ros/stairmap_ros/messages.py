@@ -75,7 +75,7 @@ def box_size(flight: Flight) -> Vector3:
 def _make_stairway(stairway: Stairway) -> stairmap_msgs.Stairway:
     return stairmap_msgs.Stairway(
         id=stairway.id,
-        flights=[_make_flight(flight) for flight in stairway.flights],
+        flights=[make_flight(flight) for flight in stairway.flights],
         landings=[_make_landing(landing) for landing in stairway.landings],
         num_observations=stairway.num_observations,
         first_seen=time_from_ns(stairway.first_seen_ns),
@@ -83,7 +83,8 @@ def _make_stairway(stairway: Stairway) -> stairmap_msgs.Stairway:
     )
 
 
-def _make_flight(flight: Flight) -> stairmap_msgs.Flight:
+def make_flight(flight: Flight) -> stairmap_msgs.Flight:
+    """Return a flight as a message."""
     message = stairmap_msgs.Flight(
         rise=float(flight.rise),
         run=float(flight.run),

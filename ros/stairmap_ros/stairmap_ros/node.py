@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 
 from stairmap.errors import ConfigError, StairmapError
 from stairmap_ros.node_parts import NodeParts
-from stairmap_ros.parameters import check_known, declare_parameters
+from stairmap_ros.parameters import check_known, declare_parameters, known_parameters
 
 
 class StairmapNode(LifecycleNode):
@@ -94,7 +94,7 @@ class StairmapNode(LifecycleNode):
 
 def _refuse_unknown(parameters: Sequence[Parameter]) -> SetParametersResult:
     try:
-        check_known([parameter.name for parameter in parameters])
+        check_known([parameter.name for parameter in parameters], known_parameters())
     except ConfigError as error:
         return SetParametersResult(successful=False, reason=str(error))
     return SetParametersResult(successful=True)

@@ -1,45 +1,28 @@
-"""The node's own parameters, beside those of ``stairmap.config``; config/stairmap.yaml is made of both.
-
-No ROS in here. ``python -m stairmap_ros.node_config PACKAGE PAGE`` writes config/stairmap.yaml in the package
-and the table of parameters in the page, as ``make docs`` does.
-"""
+"""What the nodes are told by ROS parameters; ``parameter_files`` lists them for people. No ROS in here."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field
 
-from stairmap.config import Config
 
-TABLE_BEGIN, TABLE_END = "<!-- parameters: begin -->", "<!-- parameters: end -->"
-
-
-class NodeConfig(BaseModel):
-    """What the node is told beside the configuration of the stages."""
+class InputConfig(BaseModel):
+    """Depth images and their poses, as every node takes them."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    inputs: Literal["depth", "points", "both"] = "depth"
-    """What is looked at: depth images, sweeps of a LiDAR on the topic points (PointCloud2), or both."""
     map_frame: str = Field("map", min_length=1)
     """Coordinate frame with z up in which stairways are placed; all results carry it. A map that SLAM
     keeps is best; odom does where there is none, with its drift."""
     camera_frame: str = ""
     """Optical coordinate frame of the depth camera; empty: the one that the image names."""
-    lidar_frame: str = ""
-    """Coordinate frame of the LiDAR's points; empty: the one that the cloud names."""
     reliability: Literal["best_effort", "reliable"] = "best_effort"
     """Reliability of the depth and camera_info subscriptions. best_effort takes what any publisher sends;
     reliable asks for lost images again, and gets nothing from a publisher that is best_effort."""
     depth_transport: Literal["raw", "compressedDepth"] = "raw"
     """Whether depth comes as Image on depth/image_rect_raw, or as CompressedImage on that topic's
     compressedDepth."""
-    method: Literal["stairmap", "delmerico2013"] = "stairmap"
-    """Method: stairmap, or the one of ARL-TR-6381."""
     depth_unit: float = Field(0.001, ge=1e-5, le=0.1)
     """What one unit of a 16-bit depth image is, m: 0.001 by ROS's convention. A raw L515 has 0.00025. Not for
     32FC1, which is in metres."""
@@ -52,6 +35,17 @@ class NodeConfig(BaseModel):
     longer than the period of the slowest transform, such as that of map -> odom."""
     max_silence: float = Field(5.0, gt=0, le=60)
     """After so long without an image and its camera_info, s, a warning names the silent topic."""
+
+
+class NodeConfig(InputConfig):
+    """What the map's node is told beside the configuration of the stages."""
+
+    inputs: Literal["depth", "points", "both"] = "depth"
+    """What is looked at: depth images, sweeps of a LiDAR on the topic points (PointCloud2), or both."""
+    lidar_frame: str = ""
+    """Coordinate frame of the LiDAR's points; empty: the one that the cloud names."""
+    method: Literal["stairmap", "delmerico2013"] = "stairmap"
+    """Method: stairmap, or the one of ARL-TR-6381."""
     views_per_place: int = Field(10, ge=1, le=1000)
     """How many images from one place (0.1 m, 10 deg) enter the map: a robot that waits before a stairway
     does not fill the memory."""
@@ -68,54 +62,25 @@ class NodeConfig(BaseModel):
     """Whether the node configures and activates itself at the start. false where a lifecycle manager does."""
 
 
-def parameters_yaml() -> str:
-    """Return config/stairmap.yaml: every parameter with its default, explained."""
-    lines = [
-        "# Parameters of the stairmap node with their defaults, made by `make docs`; copy, then change it:",
-        "# ros2 launch stairmap_ros stairmap.launch.py params_file:=/path/to/my.yaml",
-        "/**:",
-        "  ros__parameters:",
-    ]
-    lines += _section_lines(NodeConfig(), "    ")
-    for name, section in Config():
-        lines.append(f"    {name}:")
-        lines += _section_lines(section, "      ")
-    return "\n".join(lines) + "\n"
+class ExplorerConfig(InputConfig):
+    """What the explorer is told."""
 
-
-def parameters_table() -> str:
-    """Return the node's own parameters as a Markdown table, for docs/ros2.md."""
-    lines = ["| parameter | default | what and why |", "|---|---|---|"]
-    for name, field in NodeConfig.model_fields.items():
-        lines.append(f"| `{name}` | `{_yaml_value(field.default)}` | {describe_field(field)} |")
-    return "\n".join(lines) + "\n"
-
-
-def describe_field(field: Any) -> str:
-    """Return a parameter's description on one line."""
-    return " ".join((field.description or "").split())
-
-
-def _section_lines(section: BaseModel, indent: str) -> list[str]:
-    lines = []
-    for name, field in type(section).model_fields.items():
-        lines.append(f"{indent}# {describe_field(field)}")
-        lines.append(f"{indent}{name}: {_yaml_value(getattr(section, name))}")
-    return lines
-
-
-def _yaml_value(value: Any) -> str:
-    return yaml.safe_dump(value).partition("\n")[0]
-
-
-def write_generated(package: Path, page: Path) -> None:
-    """Write config/stairmap.yaml of the package, and the table in the page between its marks."""
-    (package / "config/stairmap.yaml").write_text(parameters_yaml(), encoding="utf-8")
-    text = page.read_text(encoding="utf-8")
-    before, _, rest = text.partition(TABLE_BEGIN)
-    _, _, after = rest.partition(TABLE_END)
-    page.write_text(f"{before}{TABLE_BEGIN}\n\n{parameters_table()}\n{TABLE_END}{after}", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    write_generated(Path(sys.argv[1]), Path(sys.argv[2]))
+    robot: str = Field("spot", min_length=1)
+    """Robot that explores: a profile of `stairmap check --list`, or a YAML file; the same as the map's node
+    has. Its body, its speeds and what it can climb decide."""
+    robot_frame: str = Field("base_footprint", min_length=1)
+    """Coordinate frame of the robot, x ahead."""
+    robot_height: float = Field(0.0, ge=-2, le=2)
+    """How far robot_frame is above the ground that the robot stands on, m; 0 for base_footprint."""
+    map_node: str = Field("stairmap", min_length=1)
+    """Name of the map's node: its stairways, floors and keep-out masks are taken."""
+    navigate_action: str = Field("navigate_to_pose", min_length=1)
+    """Action nav2_msgs/NavigateToPose that drives and turns."""
+    climb_action: str = Field("climb_stairway", min_length=1)
+    """Action stairmap_msgs/ClimbStairway that climbs."""
+    strategy: Literal["gain", "nearest", "stairs-free", "stairs-ignored"] = "gain"
+    """What comes next: by cost and gain, or a simpler rule to compare with."""
+    allow_unknown: bool = False
+    """Whether stairs are also tried where the robot's limits were never published."""
+    output: str = ""
+    """Folder for decisions.jsonl and the maps of the levels; it is made, or is empty. '': no files."""

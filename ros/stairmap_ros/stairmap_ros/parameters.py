@@ -1,4 +1,4 @@
-"""ROS parameters of the node, declared from the configuration's own fields."""
+"""ROS parameters of the nodes, declared from the configuration's own fields."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from rclpy.node import Node
 
 from stairmap.config import Config
 from stairmap.errors import ConfigError
-from stairmap_ros.node_config import NodeConfig, describe_field
+from stairmap_ros.node_config import ExplorerConfig, NodeConfig
+from stairmap_ros.parameter_files import describe_field
 
 PARAMETERS_OF_ROS = ("use_sim_time", "start_type_description_service")
 """Parameters that every node has."""
@@ -22,7 +23,7 @@ PREFIX_OF_ROS = "qos_overrides."
 
 
 def declare_parameters(node: Node) -> tuple[NodeConfig, Config]:
-    """Declare all parameters and return their values; they do not change while the node runs.
+    """Declare all parameters of the map's node and return their values; they do not change while it runs.
 
     Parameters
     ----------
@@ -35,21 +36,34 @@ def declare_parameters(node: Node) -> tuple[NodeConfig, Config]:
     ConfigError
         If a parameter is unknown, or its value is not allowed.
     """
-    _undeclare_given(node)
+    _undeclare_given(node, known_parameters())
     own = _declare_section(node, NodeConfig(), "")
     sections = {name: _declare_section(node, section, f"{name}.") for name, section in Config()}
     return _validate(NodeConfig, own), _validate(Config, sections)
 
 
+def declare_explorer_parameters(node: Node) -> ExplorerConfig:
+    """Do the same for the explorer.
+
+    Raises
+    ------
+    ConfigError
+        If a parameter is unknown, or its value is not allowed.
+    """
+    _undeclare_given(node, list(ExplorerConfig.model_fields))
+    explorer: ExplorerConfig = _validate(ExplorerConfig, _declare_section(node, ExplorerConfig(), ""))
+    return explorer
+
+
 def known_parameters() -> list[str]:
-    """Return the names of all parameters."""
+    """Return the names of all parameters of the map's node."""
     names = list(NodeConfig.model_fields)
     for name, section in Config():
         names += [f"{name}.{field}" for field in type(section).model_fields]
     return names
 
 
-def check_known(given: list[str]) -> None:
+def check_known(given: list[str], known: list[str]) -> None:
     """Check that parameters exist.
 
     Raises
@@ -57,19 +71,18 @@ def check_known(given: list[str]) -> None:
     ConfigError
         If one does not; it names the nearest that does.
     """
-    known = known_parameters()
     for name in given:
         if name in known or name in PARAMETERS_OF_ROS or name.startswith(PREFIX_OF_ROS):
             continue
         nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
         raise ConfigError(
-            f"there is no parameter {name}; did you mean {nearest}? config/stairmap.yaml lists all"
+            f"there is no parameter {name}; did you mean {nearest}? The files in config/ list all"
         )
 
 
-def _undeclare_given(node: Node) -> None:
+def _undeclare_given(node: Node, known: list[str]) -> None:
     given = list(node.get_parameters_by_prefix(""))
-    check_known(given)
+    check_known(given, known)
     for name in given:
         if name not in PARAMETERS_OF_ROS and not name.startswith(PREFIX_OF_ROS):
             node.undeclare_parameter(name)

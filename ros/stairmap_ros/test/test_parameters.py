@@ -12,11 +12,12 @@ from stairmap_ros.parameters import check_known, known_parameters
 
 def test_every_parameter_of_the_file_is_known() -> None:
     assert {"map_frame", "max_transform_gap", "detection.max_depth"} <= set(known_parameters())
-    check_known([*known_parameters(), "use_sim_time", "qos_overrides./tf.subscription.depth"])
+    given = [*known_parameters(), "use_sim_time", "qos_overrides./tf.subscription.depth"]
+    check_known(given, known_parameters())
 
 
 def test_a_misspelt_parameter_is_refused_with_the_nearest() -> None:
     with pytest.raises(
         ConfigError, match=r"no parameter max_transform_wiat; did you mean max_transform_wait\?"
     ):
-        check_known(["max_transform_wiat"])
+        check_known(["max_transform_wiat"], known_parameters())
