@@ -18,7 +18,14 @@ from stairmap.modeling.flight_extent import find_extent
 from stairmap.modeling.observation_table import ObservationTable, PlacedObservations
 from stairmap.modeling.step_places import IRREGULARITY, UNSTATED_STD, SeenEdges, fit_step_offsets
 from stairmap.modeling.step_range import SeenSteps, find_step_range
-from stairmap.modeling.weighted_means import POSE_STD, fit_rise, mean_std, place_std, robust_mean
+from stairmap.modeling.weighted_means import (
+    POSE_STD,
+    fit_rise,
+    mean_std,
+    place_std,
+    robust_mean,
+    weighted_mean,
+)
 from stairmap.stairway import Flight, FlightStd, Step
 
 POSE_HEADING_STD = np.radians(0.5)
@@ -176,7 +183,7 @@ def _mean_heading(headings: Float64Array, variances: Float64Array) -> tuple[floa
     offsets = (headings - reference + np.pi) % (2 * np.pi) - np.pi
     total = variances + POSE_HEADING_STD**2
     weights = 1.0 / total
-    mean = float(np.average(offsets, weights=weights))
+    mean = weighted_mean(offsets, weights)
     return wrapped_angle(reference + mean), mean_std(offsets, variances + HEADING_SCATTER**2)
 
 
@@ -191,8 +198,8 @@ def _align(
     for _ in range(2):
         along, up = axes[:, 0] - start_s, axes[:, 2] - start_z
         shift = np.rint((along * run + up * rise) / (run**2 + rise**2)).astype(np.int64)
-        start_s = float(np.average(axes[:, 0] - shift * run, weights=weights))
-        start_z = float(np.average(axes[:, 2] - shift * rise, weights=weights))
+        start_s = weighted_mean(axes[:, 0] - shift * run, weights)
+        start_z = weighted_mean(axes[:, 2] - shift * rise, weights)
     return shift, start_s, start_z
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stairmap.arrays import Float64Array, IntArray, Mask
-from stairmap.modeling.weighted_means import FRAMES_PER_SAMPLE, SYSTEMATIC_RISE_STD
+from stairmap.modeling.weighted_means import FRAMES_PER_SAMPLE, SYSTEMATIC_RISE_STD, weighted_mean
 
 IRREGULARITY = (0.008, 0.013)
 """Standard deviations of built nosings about a regular lattice, along and up, m. Surveys of built flights
@@ -145,7 +145,7 @@ class _System:
 
     def mean_shift(self, offsets: Float64Array) -> float:
         """How far all edges lie from what step offsets say, m."""
-        return float(np.average(self._edges.offset - offsets[self._edges.step], weights=self._weights))
+        return weighted_mean(self._edges.offset - offsets[self._edges.step], self._weights)
 
     def _free_of_observation(self, values: Float64Array) -> Float64Array:
         """(E,) values less the shift and the step error that fit those of their observation best."""

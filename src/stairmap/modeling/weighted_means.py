@@ -23,14 +23,19 @@ SYSTEMATIC_RISE_STD, SYSTEMATIC_STD = 0.0009, 0.0003
 sensor shows edges, by up to 1.2 mm on average of one sensor's drives, the others do not."""
 
 
+def weighted_mean(values: Float64Array, weights: Float64Array) -> float:
+    """Mean of (N,) values by (N,) weights; ``numpy.average`` takes several times as long."""
+    return float(values @ weights / weights.sum())
+
+
 def robust_mean(values: Float64Array, variances: Float64Array) -> tuple[float, float]:
     """Mean weighted by variance, outliers beyond two sigma held back (Huber), and its std."""
     total = variances + SYSTEMATIC_STD**2
-    mean = float(np.average(values, weights=1.0 / total))
+    mean = weighted_mean(values, 1.0 / total)
     for _ in range(3):
         deviation = np.abs(values - mean) / np.sqrt(total)
         weights = np.minimum(1.0, 2.0 / np.maximum(deviation, 1e-9)) / total
-        mean = float(np.average(values, weights=weights))
+        mean = weighted_mean(values, weights)
     return mean, float(np.hypot(mean_std(values, total), SYSTEMATIC_STD))
 
 
@@ -56,10 +61,10 @@ def fit_rise(information: Float64Array) -> tuple[float, float]:
 def mean_std(values: Float64Array, variances: Float64Array) -> float:
     """Standard deviation of a weighted mean of correlated values, from their stated or seen spread."""
     weights = 1.0 / variances
-    mean = np.average(values, weights=weights)
+    mean = weighted_mean(values, weights)
     samples = max(len(values) / FRAMES_PER_SAMPLE, 1.0)
     stated = len(values) / float(weights.sum())
-    seen = float(np.average((values - mean) ** 2, weights=weights))
+    seen = weighted_mean((values - mean) ** 2, weights)
     return float(np.sqrt(max(stated, seen) / samples))
 
 
@@ -69,7 +74,7 @@ def place_std(values: Float64Array, variances: Float64Array) -> float:
     Drift does not average out: which moment's place is asked for remains open by all of its spread.
     """
     weights = 1.0 / variances
-    mean = np.average(values, weights=weights)
-    spread = float(np.average((values - mean) ** 2, weights=weights))
+    mean = weighted_mean(values, weights)
+    spread = weighted_mean((values - mean) ** 2, weights)
     noise = len(values) / float(weights.sum()) - POSE_STD**2
     return float(np.hypot(mean_std(values, variances), DRIFT_ALONG * np.sqrt(max(spread - noise, 0.0))))
