@@ -262,3 +262,13 @@ def test_spot_is_told_of_no_stairs_that_the_robot_cannot_climb(tower, tmp_path):
     outcome = stairmap("export", folder, "-f", "spot", "--robot", "wheeled", "-o", out)
     check_refused(outcome, "none of 1 stairways can be used by wheeled robot")
     assert not list(out.iterdir())
+
+
+def test_the_graph_of_stairs_whose_end_nobody_saw_is_written_with_a_warning(tmp_path):
+    (tmp_path / "run").mkdir()
+    folder = RunFolder(tmp_path / "run")
+    folder.write_stairways([make_stairway(make_flight(top_seen=False))], num_frames=9)
+    for name in ("nav2-graph", "rmf"):
+        outcome = stairmap("export", tmp_path / "run", "-f", name, "-o", tmp_path / "out")
+        assert outcome.code == 0, outcome.stderr
+        assert "stairway 1: nobody saw its upper end" in outcome.stderr

@@ -181,11 +181,13 @@ def _export_spot(task: _Task) -> tuple[Path, ...]:
 
 
 def _route_graph(task: _Task) -> RouteGraph:
-    """The graph of the building; what is missing in it is told."""
+    """The graph of the building; what is missing in it, or was seen by nobody, is told."""
     profile = ANY_ROBOT if task.robot is None else task.robot
     portals = make_portals(task.building.stairways, task.building.floors, profile, task.building.drops)
     graph = make_route_graph(portals, profile, task.grids, allow_unknown=task.robot is None)
-    for note in (task.grid_note, *graph.notes) if graph.edges else ():
+    used = {edge.portal.stairway_id for edge in graph.edges if edge.portal is not None}
+    open_ends = [note for portal in portals if portal.stairway_id in used for note in portal.notes]
+    for note in (task.grid_note, *graph.notes, *open_ends) if graph.edges else ():
         if note:
             typer.echo(note, err=True)
     return graph
