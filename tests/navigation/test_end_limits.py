@@ -148,9 +148,9 @@ def test_the_strip_at_a_drop_reaches_from_35_cm_before_to_20_cm_beyond_it(turn: 
     assert strip.width == pytest.approx(1.6)
 
 
-@pytest.mark.parametrize(("off", "is_on"), [(0.38, True), (-0.38, True), (0.42, False), (-0.42, False)])
-def test_a_drop_is_on_a_floor_within_0_4_m_of_its_height(off: float, is_on: bool) -> None:
-    drop = drop_at(3.0, z=COUNT * RISE + off)
+@pytest.mark.parametrize(("below", "is_on"), [(0.38, True), (0.98, True), (1.06, False)])
+def test_a_drop_is_on_the_floor_that_is_nearest_to_its_height(below: float, is_on: bool) -> None:
+    drop = drop_at(3.0, z=COUNT * RISE - below)
     assert bool(drop_rectangles([drop], floors_at(0.0, COUNT * RISE), 1)) == is_on
 
 

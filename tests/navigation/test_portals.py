@@ -7,11 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from stairmap.drop import Drop
 from stairmap.navigation.floors import Floor, FloorStack, find_floors
 from stairmap.navigation.landing_corners import find_landing_corners
 from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from stairmap.navigation.portals import STANDOFF, make_portal, make_portals, note_obstacles
+from stairmap.navigation.portals import make_portal, make_portals, note_obstacles
 from stairmap.navigation.robot_profile import load_robot
+from stairmap.navigation.standoff import STANDOFF
 from stairmap.stairway import Landing
 from walkable_stairways import make_flight, make_half_turn, make_stairway
 
@@ -170,3 +172,38 @@ def test_a_half_turn_is_taken_in_the_middle_of_the_landing_or_half_a_width_behin
     ):
         assert found[0] == pytest.approx([2.52 + depth, 0.0, 1.7])
         assert found[1] == pytest.approx([2.52 + depth, 1.4, 1.7])
+
+
+def edge_behind_the_top(distance, *, stairway_id=None, falls_back=False, height=1.7, aside=0.0):
+    """An edge so far behind the last nosing of ``STAIRWAY``, which leads up along +y."""
+    y = 2 + 9 * 0.28 + distance
+    ends = [[0.0 + aside, y, height], [2.0 + aside, y, height]]
+    return Drop(
+        id=1, edge=np.array(ends[::-1] if falls_back else ends), depth=1.0, num_observations=5,
+        first_seen_ns=0, last_seen_ns=1, stairway_id=stairway_id,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("distance", "expected", "is_noted"), [(2.0, 0.6, False), (0.8, 0.45, False), (0.5, 0.3, True)]
+)
+def test_a_staging_pose_keeps_off_an_edge_behind_it(distance, expected, is_noted):
+    """On a gallery of 0.8 m a robot was asked to line up 0.2 m before its other edge."""
+    assert edge_behind_the_top(1.0).outward == pytest.approx([0.0, 1.0, 0.0])
+    floors = find_floors([STAIRWAY])
+    portal = make_portal(STAIRWAY, floors, drops=[edge_behind_the_top(distance)])
+    assert portal.upper.position[1] - (2 + 9 * 0.28) == pytest.approx(expected)
+    assert portal.lower.position == pytest.approx([1, 2 - STANDOFF, 0])
+    notes = [note for note in portal.notes if "upper staging pose stands near another edge" in note]
+    assert len(notes) == is_noted
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"stairway_id": 1}, {"falls_back": True}, {"height": 0.9}, {"aside": 1.5}],
+    ids=["own", "of the well", "of another floor", "beside"],
+)
+def test_edges_that_are_none_behind_the_stairs_leave_a_staging_pose_where_it_is(options):
+    portal = make_portal(STAIRWAY, find_floors([STAIRWAY]), drops=[edge_behind_the_top(0.8, **options)])
+    assert portal.upper.position[1] - (2 + 9 * 0.28) == pytest.approx(STANDOFF)
+    assert not [note for note in portal.notes if "near another edge" in note]

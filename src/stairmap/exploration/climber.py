@@ -13,7 +13,7 @@ from stairmap.exploration.simulated_robot import SimulatedRobot
 from stairmap.exploration.stair_links import Link
 from stairmap.geometry import wrapped_angle
 from stairmap.modeling.landings import top_of
-from stairmap.navigation.portals import STANDOFF
+from stairmap.navigation.standoff import STANDOFF
 
 STRIDE = 0.05
 """The climber moves so far before it feels again, m."""

@@ -16,8 +16,8 @@ from stairmap.exploration.body import Body
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.world import MIN_SUPPORT, World
 from stairmap.modeling.landings import top_of
-from stairmap.navigation.portals import STANDOFF
 from stairmap.navigation.robot_profile import RobotProfile
+from stairmap.navigation.standoff import STANDOFF
 from stairmap.stairway import Flight
 
 STEP = 0.10

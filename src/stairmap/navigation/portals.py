@@ -22,14 +22,12 @@ from stairmap.navigation.landing_corners import find_landing_corners
 from stairmap.navigation.limits import Verdict
 from stairmap.navigation.occupancy import FREE, UNKNOWN, OccupancyGrid
 from stairmap.navigation.robot_profile import RobotProfile
+from stairmap.navigation.standoff import find_room, staging_distance
 from stairmap.navigation.traversability import Assessment, assess
 from stairmap.stairway import Stairway
 
 WayKind: TypeAlias = Literal["staging", "foot", "top", "corner"]
 """What a point of the way over a stairway is."""
-
-STANDOFF = 0.6
-"""Distance of a staging pose from the first riser or the last nosing, m."""
 
 ANY_ROBOT = RobotProfile(
     name="any robot", max_continuous_rise=None, max_single_rise=None, min_run=None, max_pitch_deg=None,
@@ -144,8 +142,14 @@ def make_portal(
     flights = carried.stairway.flights
     first, last = flights[0], flights[-1]
     top = top_of(last)
-    begin = first.base - (STANDOFF + carried.unknown_below) * first.forward
-    end = top + (STANDOFF + carried.unknown_above) * last.forward
+    off_below, has_room_below = staging_distance(
+        find_room(first.base, -first.forward, drops, stairway.id), carried.unknown_below
+    )
+    off_above, has_room_above = staging_distance(
+        find_room(top, last.forward, drops, stairway.id), carried.unknown_above
+    )
+    begin = first.base - off_below * first.forward
+    end = top + off_above * last.forward
     way, way_kinds = _find_way(carried.stairway, begin, end)
     length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
     height = float(top[2] - first.base[2])
@@ -167,10 +171,18 @@ def make_portal(
         assessment=assess(stairway, robot),
         is_lower_open=open_ends["lower"],
         is_upper_open=open_ends["upper"],
-        notes=tuple(
-            f"stairway {stairway.id}: nobody saw its {name} end, it may go on beyond its {name} staging pose"
-            for name, is_open in open_ends.items()
-            if is_open
+        notes=(
+            *(
+                f"stairway {stairway.id}: nobody saw its {name} end, it may go on beyond its {name} "
+                "staging pose"
+                for name, is_open in open_ends.items()
+                if is_open
+            ),
+            *(
+                f"stairway {stairway.id}: its {name} staging pose stands near another edge of the ground"
+                for name, has_room in (("lower", has_room_below), ("upper", has_room_above))
+                if not has_room
+            ),
         ),
     )
 
