@@ -1,7 +1,8 @@
 """A robot in a simulated world as its own process: it publishes what it sees and serves two actions.
 
 Runs in the environment of ``make_environment.py``, as ``exploring_robot.py WORLD.npz OUT.json``. WORLD holds
-``vertices``, ``triangles`` and ``start`` (x, y, z, heading). What happened to the robot is in OUT.json when
+``vertices``, ``triangles``, ``start`` (x, y, z, heading) and ``stuck_after``: going down it stays behind so
+many risers (0: it does not). What happened to the robot is in OUT.json when
 it is told to end (SIGTERM). It moves as fast as it can: stamps are of the wall clock, way and speed are not.
 """
 
@@ -36,6 +37,7 @@ from stairmap.exploration.climber import Climber
 from stairmap.exploration.exploration_map import map_from_body
 from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.odometry import Planar
+from stairmap.exploration.pilot import Progress
 from stairmap.exploration.simulated_robot import LEG_REACH, SimulatedRobot, View
 from stairmap.exploration.world import STEP_OVER, World
 from stairmap.geometry import wrapped_angle
@@ -50,7 +52,7 @@ from stairmap_ros.stairway_messages_in import flight_from_message, yaw_of
 OPTICAL = "camera_depth_optical_frame"
 CELL = 0.1
 STEP, TURN = 0.2, math.radians(20)
-IDLE_PERIOD = 0.15
+IDLE_PERIOD = 0.2
 MARGIN = 0.08
 """What the planner keeps from walls beyond the body, m."""
 
@@ -58,12 +60,13 @@ MARGIN = 0.08
 class ExploringRobot(Node):
     """Serves ``navigate_to_pose`` and ``climb_stairway``."""
 
-    def __init__(self, world: World, start: Planar) -> None:
+    def __init__(self, world: World, start: Planar, *, stuck_after: int = 0) -> None:
         super().__init__("exploring_robot")
         self.body = load_body("spot")
         sensor = make_sensor("kinect_v2", factor=0.5)
         self.robot = SimulatedRobot(world, self.body, sensor, start, seed=1, model=PERFECT_ODOMETRY)
         self.goals: list[dict[str, Any]] = []
+        self._stuck_after = stuck_after
         self._lock = RLock()
         self._ground: dict[int, OccupancyGrid] = {}
         self._tf_out = self.create_publisher(TFMessage, "/tf", 100)
@@ -114,7 +117,7 @@ class ExploringRobot(Node):
         goal = handle.request.pose.pose
         target = np.array([goal.position.x, goal.position.y])
         way = self._plan(target)
-        self._note("navigate", handle, end=target.tolist(), found=way is not None)
+        self._note("navigate", end=target.tolist(), found=way is not None)
         if way is None:
             handle.abort()
             return NavigateToPose.Result(error_code=9001, error_msg="no way to the goal")
@@ -138,6 +141,7 @@ class ExploringRobot(Node):
         while True:
             if handle.is_cancel_requested:
                 handle.canceled()
+                self.goals[-1]["is_cancelled"] = True
                 return False
             error = wrapped_angle(heading - self.robot.pose.heading)
             if abs(error) < 1e-3:
@@ -150,7 +154,7 @@ class ExploringRobot(Node):
     def _climb(self, handle: Any) -> ClimbStairway.Result:
         goal = handle.request
         is_up = goal.direction == ClimbStairway.Goal.UP
-        self._note("climb", handle, flights=len(goal.flights), is_up=is_up, stairway=goal.stairway)
+        self._note("climb", flights=len(goal.flights), is_up=is_up, stairway=goal.stairway)
         known = SimpleNamespace(take=self.publish, believed=lambda pose: pose, last_scan=())
         link = SimpleNamespace(flight=flight_from_message(goal.flights[0]))
         climber = Climber(self.robot, known, link, is_up=is_up)
@@ -161,6 +165,8 @@ class ExploringRobot(Node):
             self.look()
             feedback.step = len(climber.risers)
             handle.publish_feedback(feedback)
+            if not is_up and len(climber.risers) == self._stuck_after > 0:
+                progress = Progress(state="failed", reason="a leg is stuck")
             if progress.state != "running":
                 break
         result = ClimbStairway.Result(arrived=progress.state == "done", reason=progress.reason)
@@ -170,7 +176,7 @@ class ExploringRobot(Node):
         handle.succeed() if result.arrived else handle.abort()
         return result
 
-    def _note(self, kind: str, handle: Any, **values: Any) -> None:
+    def _note(self, kind: str, **values: Any) -> None:
         self.goals.append({"kind": kind, **values})
 
     def _plan(self, target: np.ndarray) -> np.ndarray | None:
@@ -203,7 +209,8 @@ class ExploringRobot(Node):
         is_level = np.abs(world.ground(feet, up=LEG_REACH).reshape(len(places), -1) - height) < STEP_OVER
         is_free = is_level.all(axis=1)
         wide = replace(self.body, radius=self.body.radius + MARGIN)
-        is_free[is_free] = ~world.are_blocked(places[is_free], wide)
+        if is_free.any():
+            is_free[is_free] = ~world.are_blocked(places[is_free], wide)
         cells = cells.copy()
         cells[index[is_free, 0], index[is_free, 1]] = FREE
         return replace(grid, cells=cells)
@@ -228,8 +235,9 @@ def main() -> None:
     with np.load(world_file) as arrays:
         mesh = TriangleMesh(vertices=arrays["vertices"], triangles=arrays["triangles"])
         x, y, z, heading = arrays["start"].tolist()
+        stuck_after = int(arrays["stuck_after"])
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    robot = ExploringRobot(World(mesh), Planar(x=x, y=y, z=z, heading=heading))
+    robot = ExploringRobot(World(mesh), Planar(x=x, y=y, z=z, heading=heading), stuck_after=stuck_after)
     executor = MultiThreadedExecutor(num_threads=4)
     executor.add_node(robot)
     try:

@@ -58,17 +58,19 @@ def give_orders(node: ExplorerNode) -> dict[str, Any]:
     told["link"] = [link.lower, link.portal.verdict, link.flight.num_risers]
 
     pilot.drive(np.array([known.pose.place[:2], BESIDE_THE_STAIRS]))
-    while math.dist((known.pose.x, known.pose.y), told["start"][:2]) < 0.1:
-        assert pilot.poll().state == "running"
-        time.sleep(0.01)
+    poll_until_moved(pilot, known)
     pilot.is_paused = True
-    poll_for(pilot, 1.0)
+    poll_for(pilot, 0.6)
     paused = known.pose.place
     told["while_paused"] = poll_for(pilot, 0.5)
     told["moved_in_pause"] = float(np.linalg.norm(known.pose.place - paused))
     pilot.is_paused = False
     told["drive"] = finish(pilot)
-    pilot.drive(np.array([BESIDE_THE_STAIRS, [0.6, 2.0], BEFORE_THE_STAIRS]))
+    way_back = np.array([BESIDE_THE_STAIRS, [0.6, 2.0], BEFORE_THE_STAIRS])
+    pilot.drive(way_back)
+    poll_until_moved(pilot, known)
+    pilot.close()
+    pilot.drive(way_back)
     told["drive_back"] = finish(pilot)
     told["after_drive"] = known.pose.to_row().tolist()
 
@@ -78,19 +80,31 @@ def give_orders(node: ExplorerNode) -> dict[str, Any]:
     told["after_climb"] = known.pose.to_row().tolist()
     told["num_frames_on_stairs"] = sum(record.level is None for record in known.records)
 
+    pilot.climb(link, is_up=False)
+    told["climb_down"] = finish(pilot)
+    told["after_climb_down"] = known.pose.to_row().tolist()
+
     pilot.drive(np.array([known.pose.place[:2], [-5.0, 2.0]]))
     told["lost"] = finish(pilot)
     pilot.close()
     return told
 
 
-def finish(pilot: Any) -> list[str]:
-    """Poll an order to its end; return how it ended and why."""
+def finish(pilot: Any) -> list[Any]:
+    """Poll an order to its end; return how it ended, why, and whether the robot is stranded."""
     deadline = time.monotonic() + MAX_SECONDS
     while (progress := pilot.poll()).state == "running":
         assert time.monotonic() < deadline, "the order does not end"
         time.sleep(0.01)
-    return [progress.state, progress.reason]
+    return [progress.state, progress.reason, progress.is_stranded]
+
+
+def poll_until_moved(pilot: Any, known: Any) -> None:
+    """Poll a drive until the robot is on its way."""
+    start = known.pose.place
+    while np.linalg.norm(known.pose.place - start) < 0.1:
+        assert pilot.poll().state == "running"
+        time.sleep(0.01)
 
 
 def poll_for(pilot: Any, seconds: float) -> str:

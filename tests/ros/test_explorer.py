@@ -43,12 +43,16 @@ PILOT = Path(__file__).with_name("pilot_orders.py")
 class Expedition:
     """A robot in a house of two floors, the map's node, and the explorer."""
 
-    def __init__(self, ros: RosEnvironment, folder: Path, start: tuple[float, float, float, float]) -> None:
+    def __init__(
+        self, ros: RosEnvironment, folder: Path, start: tuple[float, ...], *, stuck_after: int = 0
+    ) -> None:
         self._ros, self._folder = ros, folder
         mesh, _ = stairs()
         house = joined([mesh, make_shell((0.0, 0.0, 6.6, 4.0), -0.1, 3.0)])
         world = folder / "world.npz"
-        np.savez(world, vertices=house.vertices, triangles=house.triangles, start=start)
+        np.savez(
+            world, vertices=house.vertices, triangles=house.triangles, start=start, stuck_after=stuck_after
+        )
         self._outcome = folder / "outcome.json"
         self.robot = ros.start("robot", BIN / "python", PLANT, world, self._outcome)
         ros.start_node(robot="spot", reliability="reliable")
@@ -93,10 +97,10 @@ class Expedition:
 def test_a_robot_turns_drives_pauses_and_climbs_as_it_is_told(
     ros_world: RosEnvironment, tmp_path: Path
 ) -> None:
-    expedition = Expedition(ros_world, tmp_path, (0.6, 2.0, 0.0, 0.0))
+    expedition = Expedition(ros_world, tmp_path, (0.6, 2.0, 0.0, 0.0), stuck_after=3)
     told = expedition.order()
     outcome = expedition.outcome()
-    assert told["turn"] == told["drive"] == told["drive_back"] == told["climb"] == ["done", ""]
+    assert told["turn"] == told["drive"] == told["drive_back"] == told["climb"] == ["done", "", False]
     assert told["heading"] == pytest.approx(0.0, abs=0.01)
     assert told["link"] == [0, "passable", 6]
     assert told["while_paused"] == "running"
@@ -104,9 +108,13 @@ def test_a_robot_turns_drives_pauses_and_climbs_as_it_is_told(
     assert told["after_drive"][:2] == pytest.approx([1.4, 2.0], abs=0.08)
     assert told["after_climb"][2] == pytest.approx(0.9, abs=0.02)
     assert told["num_frames_on_stairs"] > 3
+    assert told["climb_down"] == ["failed", "a leg is stuck", True]
+    assert told["after_climb_down"][2] == pytest.approx(0.45, abs=0.02)
     assert told["lost"][0] == "failed"
     assert told["lost"][1].endswith("no way to the goal")
     assert outcome["falls"] == outcome["collisions"] == 0
+    cancelled = [goal["end"] for goal in outcome["goals"] if goal.get("is_cancelled")]
+    assert cancelled == [[2.8, 0.7], [1.4, 2.0]], "by the pause, and by the pilot's end"
     navigated = [goal["end"] for goal in outcome["goals"] if goal["kind"] == "navigate"]
     assert navigated.count([2.8, 0.7]) == 2, "the goal that a pause cancelled is sent again"
 
@@ -128,6 +136,7 @@ def test_a_robot_behind_two_actions_explores_both_floors(ros_world: RosEnvironme
         assert np.count_nonzero(grid.cells == FREE) * grid.resolution**2 > least
 
 
+@pytest.mark.nightly
 def test_without_an_action_server_it_says_so_and_an_interrupt_ends_it(
     ros_world: RosEnvironment, tmp_path: Path
 ) -> None:
