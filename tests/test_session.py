@@ -431,9 +431,11 @@ def test_a_map_of_many_observations_gives_what_a_small_one_gives(frames: list[De
 def test_a_full_map_refuses_what_it_cannot_take_and_says_what_to_do(frames: list[DepthFrame]) -> None:
     session = run(frames[:1])
     state = session.state()
-    observations = np.zeros(MAX_OBSERVATIONS - 1, dtype=state.modeler.observations.dtype)
-    observations[0] = state.modeler.observations[0]
-    full = replace(state.modeler, observations=observations, ids=np.zeros(len(observations), dtype=np.int64))
+    observations = np.repeat(state.modeler.observations[:1], MAX_OBSERVATIONS - 1)
+    edges = np.repeat(state.modeler.edges[:1], len(observations))
+    edges["observation"] = np.arange(len(observations))
+    ids = np.zeros(len(observations), dtype=np.int64)
+    full = replace(state.modeler, observations=observations, edges=edges, ids=ids)
     session.restore(replace(state, modeler=full))
     session.add(frames[1], POSES[1])
     with pytest.raises(MapFullError, match=r"holds 1,000,000 observations.*begin a new session"):
