@@ -59,7 +59,7 @@ OdometryOption: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--odometry",
-        help="Find the poses from the depth itself (extra odometry); drifts by some per cent of the way.",
+        help="Find the poses from the depth itself (extra odometry). They drift by some % of the path.",
         rich_help_panel=INPUT,
     ),
 ]

@@ -205,7 +205,7 @@ class Detection:
     observations
         Stairways, best first.
     rejections
-        If there are none: the rules that spoke against what looked most like stairs.
+        If there are none: the rules that the candidates most like stairs broke.
     trace
         Intermediate results for pictures; ``None`` unless the detector was asked for them.
     ground

@@ -213,9 +213,9 @@ def make_portals(
     Parameters
     ----------
     stairways, floors
-        What there is; see ``find_floors``.
+        Stairways of the map, and the floors that they join; see ``find_floors``.
     robot
-        Who climbs; its profile gives the verdict and the cost.
+        The robot that climbs; its profile gives the verdict and the cost.
     drops
         Edges of the ground, which staging poses keep away from.
     """

@@ -35,7 +35,10 @@ QUAT_NORM_TOLERANCE = 1e-2
 
 
 def load_tum_trajectory(path: Path) -> Trajectory:
-    """Read a trajectory.
+    """Read a trajectory in the TUM format.
+
+    Lines are ``stamp_s tx ty tz qx qy qz qw``: seconds, metres, unit quaternion with the scalar last. They
+    are poses of the camera's optical coordinate frame in the map. ``#`` starts a comment.
 
     Raises
     ------

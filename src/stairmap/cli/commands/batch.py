@@ -115,7 +115,7 @@ def batch(
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Find the stairways of many recordings: a run folder each, and one table of all.
+    """Find the stairways of many recordings: a run folder for each, and one table of all results.
 
     \b
     Examples:

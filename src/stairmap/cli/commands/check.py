@@ -49,7 +49,7 @@ def check(
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Tell which robots can climb the stairways of a run, and which building codes they keep.
+    """Check which robots can climb the stairways of a run, and which building codes these comply with.
 
     \b
     Examples:

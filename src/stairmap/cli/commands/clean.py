@@ -42,7 +42,7 @@ def clean(
     ] = None,
     debug: DebugOption = False,
 ) -> None:
-    """Put exact steps in the place of the smeared ones of a map, for planners with a step limit.
+    """Replace the blurred steps of a map by exact ones, for planners with a step limit.
 
     \b
     Examples:

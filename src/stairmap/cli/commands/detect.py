@@ -51,7 +51,7 @@ def detect(
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Look at each frame by itself. Needs no poses; where there are some, they tell up.
+    """Look for stairs in each frame by itself. Needs no poses; if there are any, they give the direction up.
 
     \b
     Examples:

@@ -147,7 +147,7 @@ def evaluate(
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Judge methods on trials whose truth is known, and print tables.
+    """Compare the results of methods with the known truth of many trials, and print tables.
 
     \b
     Examples:

@@ -58,7 +58,7 @@ def export(
         typer.Option(
             "--robot",
             metavar="NAME|FILE",
-            help="nav2-graph, rmf, spot: its stairs, and costs (s). keepout: stairs that it climbs are open.",
+            help="nav2-graph, rmf, spot: stairs that it can climb, its costs (s). keepout: all other stairs.",
             show_default=False,
         ),
     ] = None,

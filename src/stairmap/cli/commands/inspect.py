@@ -69,7 +69,7 @@ def inspect(
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Tell what a recording holds, or how one of its frames is judged.
+    """Show what a recording holds, or how one of its frames is judged.
 
     \b
     Examples:

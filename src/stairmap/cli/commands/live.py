@@ -82,7 +82,7 @@ def live(
     output: OutputOption = None,
     debug: DebugOption = False,
 ) -> None:
-    """Look for stairs with a live camera until Ctrl-C. Slow computers skip frames and never lag behind.
+    """Look for stairs with a live camera until Ctrl-C. A slow computer skips frames and does not lag behind.
 
     \b
     Examples:

@@ -34,7 +34,7 @@ def merge(
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Make one map of the runs of one site: stairways that several robots saw become one.
+    """Join the runs of one site into one map: stairways that several robots saw become one.
 
     \b
     Examples:

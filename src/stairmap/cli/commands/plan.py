@@ -47,7 +47,7 @@ def plan(
             max=100.0,
             callback=check_finite,
             metavar="M",
-            help="Of the camera above the floor, m. Default: as the run saw it.",
+            help="Height of the camera above the floor, m. Default: as the run measured it.",
             rich_help_panel=INPUT,
             show_default=False,
         ),
@@ -55,7 +55,10 @@ def plan(
     robot: Annotated[
         str,
         typer.Option(
-            "--robot", metavar="NAME|FILE", help="Who drives; 'stairmap check --list'.", rich_help_panel=_WAY
+            "--robot",
+            metavar="NAME|FILE",
+            help="Robot that drives; 'stairmap check --list' names them.",
+            rich_help_panel=_WAY,
         ),
     ] = "spot",
     start: Annotated[
@@ -98,7 +101,7 @@ def plan(
     as_json: JsonOption = False,
     debug: DebugOption = False,
 ) -> None:
-    """Plan a way over the floors of a run, or list the places to explore next. Costs are seconds.
+    """Plan a route over the floors of a run, or list the places to explore next. Costs are in seconds.
 
     Exit code 3: there is no way, or nothing is left to explore.
 

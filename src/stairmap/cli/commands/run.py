@@ -53,7 +53,7 @@ def run(
         typer.Option(
             "--robot",
             metavar="NAME|FILE",
-            help="Also tell whether this robot can climb them; may be repeated. 'stairmap check --list'.",
+            help="Also check if this robot can climb them; may be repeated. Names: 'stairmap check --list'.",
             rich_help_panel=OUTPUT,
             show_default=False,
         ),

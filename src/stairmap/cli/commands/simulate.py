@@ -81,7 +81,7 @@ def simulate(
     ] = False,
     debug: DebugOption = False,
 ) -> None:
-    """Write a recording of a known stairway, with noise and odometry error, and its truth.
+    """Write a simulated recording of a known stairway, with noise and odometry error, and the truth.
 
     \b
     Examples:

@@ -76,7 +76,7 @@ def view(
     ] = None,
     debug: DebugOption = False,
 ) -> None:
-    """Look at a run: depth, cloud, stair edges, stairways, and how their measures came about.
+    """Look at a run: depth, cloud, stair edges, stairways, and how their dimensions changed over time.
 
     \b
     Examples:
