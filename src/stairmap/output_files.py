@@ -238,6 +238,29 @@ class LineLog:
         os.close(self._descriptor)
 
 
+def keep_lines(path: Path, num: int) -> None:
+    """Cut a file of lines off behind so many of them; a shorter one, or none, stays.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be read or written.
+    """
+    size = 0
+    try:
+        with path.open("rb+") as file:
+            for _ in range(num):
+                line = file.readline()
+                if not line.endswith(b"\n"):
+                    break
+                size += len(line)
+            file.truncate(size)
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise output_error(path, error) from error
+
+
 class ReservedSpace:
     """Space on a disk that is kept free for what matters most, until it is released or the process ends.
 

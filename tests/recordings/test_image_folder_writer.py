@@ -77,6 +77,22 @@ def test_a_recording_that_was_not_closed_can_be_read(tmp_path: Path) -> None:
     assert len(list(ImageFolderRecording(tmp_path / "walk"))) == 1
 
 
+def test_a_recording_goes_on_behind_the_frames_that_are_kept(tmp_path: Path) -> None:
+    for name, stamps in (("first", (5, 6, 8)), ("second", (5, 6, 7, 8, 9))):
+        with ImageFolderWriter(tmp_path / name, CAMERA) as writer:
+            for stamp in stamps:
+                writer.write(_frame(stamp, stamp / 4), np.eye(4))
+    with ImageFolderWriter(tmp_path / "second", CAMERA, num_kept=2) as writer:
+        writer.write(_frame(8, 2.0), np.eye(4))
+        assert writer.num_frames == 3
+    files = sorted(path.relative_to(tmp_path / "first") for path in (tmp_path / "first").rglob("*.*"))
+    assert files == sorted(
+        path.relative_to(tmp_path / "second") for path in (tmp_path / "second").rglob("*.*")
+    )
+    for file in files:
+        assert (tmp_path / "first" / file).read_bytes() == (tmp_path / "second" / file).read_bytes()
+
+
 def test_without_poses_there_is_no_pose_file(tmp_path: Path) -> None:
     with ImageFolderWriter(tmp_path / "walk", CAMERA, up=np.array([0.0, -2.0, 0.0])) as writer:
         writer.write(_frame(5))

@@ -16,10 +16,11 @@ from stairmap.cli.requests import ExploreRequest
 from stairmap.exploration.body import load_body
 from stairmap.exploration.mission import import_py_trees
 from stairmap.exploration.mission_folder import MissionFolder
+from stairmap.exploration.mission_state import identity_of, load_mission
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.outcome import ExplorationOutcome
 from stairmap.exploration.simulated_exploration import ExplorationOptions, SimulatedExploration
-from stairmap.export.results import create_run_folder, null_for_nan
+from stairmap.export.results import RunFolder, create_run_folder, null_for_nan
 from stairmap.export.summary import counted
 from stairmap.simulation.render import check_ray_caster
 from stairmap.simulation.scenes import load_world
@@ -31,7 +32,8 @@ def explore_world(request: ExploreRequest) -> int:
     Raises
     ------
     StairmapError
-        If a package is missing, the world or robot cannot be read, or the robot cannot stand at the start.
+        If a package is missing, the world or robot cannot be read, the robot cannot stand at the start, or
+        the mission to resume is none of this world, robot and options.
     """
     import_py_trees()
     check_ray_caster()
@@ -50,12 +52,14 @@ def explore_world(request: ExploreRequest) -> int:
         has_perfect_odometry=request.has_perfect_odometry,
         allow_unknown=request.allow_unknown,
     )
-    exploration = SimulatedExploration(mesh, body, start, options)
-    name = f"explore_{request.world.replace(':', '_')}"
-    with create_run_folder(request.output, name) as folder, noted_interrupts() as interrupt:
+    identity = identity_of(mesh, body, options)
+    saved = None if request.resume is None else load_mission(request.resume, identity)
+    exploration = SimulatedExploration(mesh, body, start if saved is None else saved.start, options)
+    with _run_folder(request) as folder, noted_interrupts() as interrupt:
         folder.on_failure = warn
-        folder.log(f"stairmap {stairmap.__version__} explore {request.world} --robot {request.robot}")
-        written = MissionFolder(folder, exploration)
+        written = MissionFolder(folder, exploration, identity, saved)
+        how = "" if saved is None else f", resumed after {exploration.robot.counters.time_s:.0f} s"
+        folder.log(f"stairmap {stairmap.__version__} explore {request.world} --robot {request.robot}{how}")
         with FrameProgress(0) as progress:
             outcome = exploration.run(
                 should_stop=lambda: bool(interrupt),
@@ -73,6 +77,12 @@ def explore_world(request: ExploreRequest) -> int:
             typer.echo(_format_text(outcome))
             typer.echo(str(folder.path))
         return interrupt.exit_code
+
+
+def _run_folder(request: ExploreRequest) -> RunFolder:
+    if request.resume is not None:
+        return RunFolder(request.resume)
+    return create_run_folder(request.output, f"explore_{request.world.replace(':', '_')}")
 
 
 def _describe(exploration: SimulatedExploration) -> str:

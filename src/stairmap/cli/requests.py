@@ -285,7 +285,8 @@ class ViewRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExploreRequest:
-    """What ``stairmap explore`` was asked for; ``start`` is x, y, z (m) and yaw (deg), or found."""
+    """What ``stairmap explore`` was asked for; ``start`` is x, y, z (m) and yaw (deg), or found, or that of
+    the mission in the folder ``resume``."""
 
     world: str
     robot: str
@@ -296,5 +297,6 @@ class ExploreRequest:
     strategy: str
     allow_unknown: bool
     output: Path | None
+    resume: Path | None
     with_report: bool
     as_json: bool

@@ -13,6 +13,7 @@ from stairmap.exploration.known_building import KnownBuilding
 from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.levels import Level
 from stairmap.exploration.low_steps import find_low_steps
+from stairmap.exploration.open_ends import find_open_ends
 from stairmap.exploration.sight import are_in_sight
 from stairmap.exploration.stair_links import UNEXPLORED, Link
 from stairmap.exploration.tasks import Task
@@ -61,6 +62,7 @@ def find_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> list[
         *_drop_tasks(known, level, search),
         *_tentative_tasks(known, level, search),
         *_low_step_tasks(known, level, search),
+        *_open_end_tasks(known, level, search),
         *_stair_tasks(known, level, search),
     ]
 
@@ -156,6 +158,28 @@ def _low_step_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> 
             Task(
                 kind="look", level=level.number, position=position, target=steps.place, cost=cost,
                 gain=LOOK_GAIN, reason=reason,
+            )
+        )  # fmt: skip
+    return tasks
+
+
+def _open_end_tasks(known: KnownBuilding, level: Level, search: LevelSearch) -> list[Task]:
+    """Looks at the ends of modelled flights that nobody saw, where they would meet this level."""
+    tasks = []
+    for end in find_open_ends(known.stairs.links, level):
+        if end.link.looks.get(level.number, 0) >= MAX_LOOKS:
+            continue
+        shift = -LOOK_DISTANCE if end.is_up else EDGE_DISTANCE
+        spot = nearest_open(search, end.place + shift * end.link.flight.forward[:2], LOOK_REACH, end.place)
+        if spot is None:
+            continue
+        position, cost = spot
+        side = "lower" if end.is_up else "upper"
+        tasks.append(
+            Task(
+                kind="look", level=level.number, position=position, target=end.place, cost=cost,
+                gain=LOOK_GAIN, link=end.link.number, is_up=end.is_up,
+                reason=f"the {side} end of stairs was not seen: {end.unseen:.2f} m are missing",
             )
         )  # fmt: skip
     return tasks

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,6 +48,26 @@ class Decision:
             "duration_s": round(self.duration_s, 4),
         }
 
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Decision:
+        """Return the decision of ``to_dict``; its tasks have no cells.
+
+        Raises
+        ------
+        KeyError, TypeError
+            If these are not its values.
+        """
+        x, y = values["place"]
+        chosen = values["chosen"]
+        return cls(
+            time_s=values["time_s"],
+            level=values["level"],
+            place=(x, y),
+            chosen=None if chosen is None else Task.from_dict(chosen),
+            tasks=tuple(Task.from_dict(task) for task in values["tasks"]),
+            duration_s=values["duration_s"],
+        )
+
 
 class DecisionLog:
     """Keeps decisions and events, and hands each on.
@@ -62,6 +82,26 @@ class DecisionLog:
         self.decisions: list[Decision] = []
         self.events: list[dict[str, Any]] = []
         self.write = write
+
+    @property
+    def num_entries(self) -> int:
+        """Number of decisions and events."""
+        return len(self.decisions) + len(self.events)
+
+    def restore(self, entries: Iterable[dict[str, Any]]) -> None:
+        """Go on from entries as ``write`` was told them.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            If there are others among them.
+        """
+        self.decisions, self.events = [], []
+        for entry in entries:
+            if entry["event"] == "decision":
+                self.decisions.append(Decision.from_dict(entry))
+            else:
+                self.events.append(entry)
 
     def add(self, decision: Decision) -> None:
         """Take in a decision."""

@@ -20,7 +20,9 @@ from stairmap.exploration.odometry import Planar
 from stairmap.exploration.scans import Scan, scan_from_view
 from stairmap.exploration.sight import are_in_sight
 from stairmap.exploration.simulated_robot import View
-from stairmap.session import MapSession
+from stairmap.exploration.state_file import State
+from stairmap.modeling.mapper import MapperState
+from stairmap.session import MapSession, MapSessionState
 from stairmap.stairway import Stairway
 from stairmap.transforms import rotation_from_vector, transform_from_parts
 
@@ -132,6 +134,76 @@ class ExplorationMap(KnownBuilding):
             return False
         return bool(are_in_sight(level.map.grid(), level.map.opaque(), poses[near, :2], place).any())
 
+    def state(self) -> State:
+        """Return all that is known, to go on from where the robot stands on a level."""
+        rows = [[r.stamp_ns, -1 if r.level is None else r.level] for r in self.records]
+        sightings = [[s.level, *s.place, s.heading, s.view == "ascending"] for s in self._sightings]
+        return {
+            "pose": self.pose.to_row(),
+            "level": None if self.level is None else self.level.number,
+            "half_view": self.half_view,
+            "levels": [
+                {
+                    "height": level.height,
+                    "is_landing": level.is_landing,
+                    "map": level.map.state() if isinstance(level.map, LayerMap) else None,
+                }
+                for level in self.levels.levels
+            ],
+            "stairs": self.stairs.state(),
+            "looks": np.array([[level, *place] for level, place in self._looks]).reshape(-1, 3),
+            "sightings": np.array(sightings, dtype=np.float64).reshape(-1, 6),
+            "frames": np.array(rows, dtype=np.int64).reshape(-1, 2),
+            "odometry": np.array([r.odometry.to_row() for r in self.records]).reshape(-1, 4),
+            "poses": np.array([pose.to_row() for pose in self.poses]).reshape(-1, 4),
+            "num_detections": self.num_detections,
+            "localizer": self.localizer.state(),
+            "scans": self.scans.state(),
+            "session": _session_state(self.session.state()),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state of a robot with the same body.
+
+        Raises
+        ------
+        KeyError, IndexError, ValueError, TypeError, TrajectoryError
+            If it is none, or its parts do not belong together.
+        """
+        self.session.restore(_session_state_from(state["session"]))
+        self.scans.restore(state["scans"])
+        self.localizer.restore(state["localizer"])
+        self.pose, self.half_view = Planar.from_row(state["pose"]), float(state["half_view"])
+        self.levels.levels.clear()
+        for number, saved in enumerate(state["levels"]):
+            layer = LayerMap(float(saved["height"]))
+            layer.restore(saved["map"])
+            self.levels.levels.append(
+                Level(number=number, height=layer.height, map=layer, is_landing=bool(saved["is_landing"]))
+            )
+        self.level = self.levels.levels[int(state["level"])]
+        self.stairs.restore(state["stairs"], self.levels)
+        self._looks = [(int(row[0]), np.array(row[1:])) for row in state["looks"]]
+        self._sightings = [
+            Sighting(
+                level=int(row[0]), place=np.array(row[1:4]), heading=float(row[4]),
+                view="ascending" if row[5] else "descending",
+            )
+            for row in state["sightings"]
+        ]  # fmt: skip
+        self.records = [
+            Record(stamp_ns=int(stamp), odometry=Planar.from_row(odometry), level=None if n < 0 else int(n))
+            for (stamp, n), odometry in zip(state["frames"], state["odometry"], strict=True)
+        ]
+        self.poses = [Planar.from_row(row) for row in state["poses"]]
+        if len(self.poses) != len(self.records) or len(self.poses) != self.session.num_frames:
+            numbers = (len(self.records), len(self.poses), self.session.num_frames)
+            raise ValueError(f"numbers of frames, poses and frames of the map differ: {numbers}")
+        self.num_detections = int(state["num_detections"])
+        self.last_scan = self.last_detection = None
+        self._searches, self.tasks_elsewhere = {}, {}
+        self._stairs_are_stale = True
+
     def _note_sightings(self, map_from_camera: Transform) -> None:
         if self.level is None or self.last_detection is None:
             return
@@ -151,3 +223,30 @@ class ExplorationMap(KnownBuilding):
 def map_from_body(pose: Planar) -> Transform:
     """Return (4, 4) the level body frame of a robot in the map."""
     return transform_from_parts(rotation_from_vector([0.0, 0.0, pose.heading]), pose.place)
+
+
+def _session_state(state: MapSessionState) -> State:
+    modeler = state.modeler
+    return {
+        "observations": modeler.observations,
+        "edges": modeler.edges,
+        "ids": modeler.ids,
+        "next_id": modeler.next_id,
+        "looks": modeler.looks,
+        "stamps_ns": state.stamps_ns,
+        "map_from_camera": state.map_from_camera,
+        "ground_views": state.ground_views,
+        "ground_edges": state.ground_edges,
+    }
+
+
+def _session_state_from(values: State) -> MapSessionState:
+    modeler = MapperState(
+        observations=values["observations"],
+        edges=values["edges"],
+        ids=values["ids"],
+        next_id=int(values["next_id"]),
+        looks=values["looks"],
+    )
+    names = ("stamps_ns", "map_from_camera", "ground_views", "ground_edges")
+    return MapSessionState(modeler=modeler, **{name: values[name] for name in names})

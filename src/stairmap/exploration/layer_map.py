@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from stairmap.arrays import IntArray, Mask, Points
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.scans import DROP, FLOOR, HIGH, OBSTACLE, Scan
+from stairmap.exploration.state_file import State
 from stairmap.navigation.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 RESOLUTION = 0.05
@@ -126,6 +127,35 @@ class LayerMap:
         self._note_change()
         self._stops[:] = self._forgotten[:] = False
         return True
+
+    def state(self) -> State:
+        """Return all that is known, to go on from."""
+        return {
+            "low": self._low.copy(),
+            "votes": self._votes.copy(),
+            "tops": self._tops.copy(),
+            "masks": np.stack([self._trail, self._settled, self._stops, self._forgotten]),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state.
+
+        Raises
+        ------
+        ValueError
+            If its arrays do not belong together.
+        """
+        votes, tops, masks = (np.array(state[name]) for name in ("votes", "tops", "masks"))
+        types = [str(array.dtype) for array in (votes, tops, masks)]
+        if types != ["uint16", "float32", "bool"]:
+            raise ValueError(f"a map has arrays of the types {types}")
+        shape = votes.shape[1:]
+        if votes.ndim != 3 or len(votes) != 3 or tops.shape != shape or masks.shape != (4, *shape):
+            raise ValueError(f"a map has votes {votes.shape}, heights {tops.shape} and masks {masks.shape}")
+        self._note_change()
+        self._low = np.array(state["low"], dtype=np.int64).reshape(2)
+        self._votes, self._tops = votes, tops
+        self._trail, self._settled, self._stops, self._forgotten = (mask.copy() for mask in masks)
 
     @property
     def settled(self) -> Mask:

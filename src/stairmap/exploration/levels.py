@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from stairmap.exploration.level_map import LevelMap
 
@@ -25,15 +25,12 @@ class Level:
         What was seen of it.
     is_landing
         Whether it is only a part of a stairway.
-    reached_by
-        Links whose ends it is known to have, by their ids.
     """
 
     number: int
     height: float
     map: LevelMap
     is_landing: bool = False
-    reached_by: set[int] = field(default_factory=set)
 
 
 class LevelBook:

@@ -18,6 +18,7 @@ from stairmap.arrays import Float64Array, Points
 from stairmap.errors import MissingPackageError
 from stairmap.exploration.odometry import Planar
 from stairmap.exploration.scans import FLOOR, Scan
+from stairmap.exploration.state_file import State
 from stairmap.geometry import wrapped_angle
 from stairmap.transforms import invert_transform, vector_from_rotation
 
@@ -114,6 +115,33 @@ class ScanStore:
         chosen = near[np.argsort(apart[near], kind="stable")][:MAX_SCANS]
         return np.concatenate([np.empty((0, 3)), *(self._clouds[int(index)] for index in chosen)])
 
+    def state(self) -> State:
+        """Return all scans, to go on from."""
+        return {
+            "keys": np.array(sorted(self._keys), dtype=np.int64).reshape(-1, 4),
+            "places": np.array(self._places).reshape(-1, 3),
+            "points": np.concatenate([np.empty((0, 3)), *self._clouds]),
+            "sizes": np.array([len(cloud) for cloud in self._clouds], dtype=np.int64),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state.
+
+        Raises
+        ------
+        ValueError
+            If its arrays do not belong together.
+        """
+        keys, places, sizes = (np.array(state[name]) for name in ("keys", "places", "sizes"))
+        points = np.array(state["points"], dtype=np.float64).reshape(-1, 3)
+        if not len(keys) == len(places) == len(sizes) or sizes.sum() != len(points):
+            raise ValueError(
+                f"{len(sizes)} scans have {len(places)} places, {len(keys)} keys and {len(points)} points"
+            )
+        self._keys = {(int(a), int(b), int(c), int(d)) for a, b, c, d in keys}
+        self._places = list(places.astype(np.float64))
+        self._clouds = np.split(points, np.cumsum(sizes)[:-1]) if len(sizes) else []
+
 
 def thinned(points: Points) -> Points:
     """Return the means of (N, 3) points in cubes of ``VOXEL``."""
@@ -157,6 +185,32 @@ class Localizer:
     def is_sure(self) -> bool:
         """Whether the last scan lies well enough in the map to be kept."""
         return self._num_unsure == 0 or self._num_unsure > MAX_UNSURE
+
+    def state(self) -> State:
+        """Return where the robot was last seen to be and how sure that is, to go on from."""
+        return {
+            "odometry": self._odometry.to_row(),
+            "pose": self._pose.to_row(),
+            "variance": self._variance.copy(),
+            "num_corrected": self.num_corrected,
+            "num_refused": self.num_refused,
+            "num_unsure": self._num_unsure,
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If it is none.
+        """
+        self._odometry, self._pose = Planar.from_row(state["odometry"]), Planar.from_row(state["pose"])
+        self._variance = np.array(state["variance"], dtype=np.float64).reshape(6)
+        self.num_corrected, self.num_refused = int(state["num_corrected"]), int(state["num_refused"])
+        self._num_unsure = int(state["num_unsure"])
+        self._target, self._target_age = None, 0
+        self._target_pose = np.full(4, np.inf)
 
     def predict(self, odometry: Planar) -> Planar:
         """Return where the robot is when odometry says where it is."""

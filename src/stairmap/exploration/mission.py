@@ -15,12 +15,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from stairmap.arrays import Vector
 from stairmap.errors import MissingPackageError
 from stairmap.exploration.decision_log import DecisionLog
 from stairmap.exploration.known_building import SAME_PLACE, KnownBuilding
 from stairmap.exploration.level_search import LevelSearch
 from stairmap.exploration.pilot import Pilot
+from stairmap.exploration.state_file import State
 from stairmap.exploration.tasks import Task
 
 MAX_FAILURES = {"frontier": 3, "look": 3, "stairs": 8}
@@ -30,6 +33,8 @@ MAX_RETRIES = 3
 """A robot that finds nothing more to reach tries this often whether what stopped it still does."""
 
 DONE_REASON = "nothing reachable is left"
+
+INTERRUPTED_REASON = "interrupted"
 
 
 @dataclass(slots=True, kw_only=True)
@@ -56,6 +61,9 @@ class Mission:
         Whether it has come to a place where it saw nothing yet.
     coverage
         Time (s), area (m²) and level, once for each decision.
+    on_rest
+        Called on a level where the mission could be saved: before each decision, and with ``True`` where it
+        is interrupted.
     """
 
     known: KnownBuilding
@@ -72,10 +80,13 @@ class Mission:
     num_retries: int = 0
     search: LevelSearch | None = None
     failures: list[tuple[int, str, Vector]] = field(default_factory=list)
+    on_rest: Callable[[bool], None] = lambda _: None
     _tree: Any = None
 
     def tick(self) -> bool:
-        """Let the tree do its next small part; return whether the mission goes on."""
+        """Let the tree do its next small part, unless it was stopped; return whether the mission goes on."""
+        if self.stopped:
+            return False
         if self._tree is None:
             self._tree = make_tree(self)
         self._tree.tick_once()
@@ -110,6 +121,40 @@ class Mission:
         self.must_look_around = True
         self.note("tries again", reason="nothing reachable is left; what stopped the robot is forgotten")
         return True
+
+    def interrupt(self) -> None:
+        """End the mission for now; on a level it can be saved before."""
+        if self.known.level is not None:
+            self.on_rest(True)
+        self.stop(INTERRUPTED_REASON)
+
+    def state(self) -> State:
+        """Return what it was at besides its log and what is known of the building, to go on from.
+
+        The task is left out: the next decision chooses anew.
+        """
+        return {
+            "must_look_around": self.must_look_around,
+            "coverage": np.array(self.coverage, dtype=np.float64).reshape(-1, 3),
+            "stairs_climbed": self.stairs_climbed,
+            "num_stuck": self.num_stuck,
+            "num_retries": self.num_retries,
+            "failures": [[level, kind, np.asarray(place)] for level, kind, place in self.failures],
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state.
+
+        Raises
+        ------
+        KeyError, ValueError, TypeError
+            If it is none.
+        """
+        self.must_look_around = bool(state["must_look_around"])
+        self.coverage = [(float(t), float(a), int(level)) for t, a, level in state["coverage"]]
+        self.stairs_climbed, self.num_stuck = int(state["stairs_climbed"]), int(state["num_stuck"])
+        self.num_retries = int(state["num_retries"])
+        self.failures = [(int(level), str(kind), place) for level, kind, place in state["failures"]]
 
     def stop(self, reason: str) -> None:
         """End the mission."""

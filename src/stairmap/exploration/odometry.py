@@ -7,11 +7,13 @@ not known beforehand.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stairmap.arrays import Float64Array
+from stairmap.exploration.state_file import State
 from stairmap.simulation.odometry import PERFECT_ODOMETRY, OdometryModel
 
 NOISE_STEP = 0.1
@@ -40,6 +42,20 @@ class Planar:
     def to_row(self) -> Float64Array:
         """(4,) x, y, z, heading."""
         return np.array([self.x, self.y, self.z, self.heading])
+
+    @classmethod
+    def from_row(cls, row: Sequence[float] | Float64Array) -> Planar:
+        """Return the pose of (4,) x, y, z, heading.
+
+        Raises
+        ------
+        ValueError
+            If these are not four finite numbers.
+        """
+        x, y, z, heading = (float(value) for value in row)
+        if not all(math.isfinite(value) for value in (x, y, z, heading)):
+            raise ValueError(f"a pose is {x}, {y}, {z}, {heading}")
+        return cls(x=x, y=y, z=z, heading=heading)
 
 
 class RunningOdometry:
@@ -85,6 +101,29 @@ class RunningOdometry:
             z=z,
             heading=heading + rot2,
         )
+
+    def state(self) -> State:
+        """Return the pose, this drive's own errors and where the draws are, to go on from."""
+        return {
+            "pose": self.pose.to_row(),
+            "scale": self._scale,
+            "drift": self._drift,
+            "tilt_error": self._tilt_error.copy(),
+            "random": self._random.bit_generator.state,
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If it is none.
+        """
+        self.pose = Planar.from_row(state["pose"])
+        self._scale, self._drift = float(state["scale"]), float(state["drift"])
+        self._tilt_error = np.array(state["tilt_error"], dtype=np.float64).reshape(2)
+        self._random.bit_generator.state = state["random"]
 
     def attitude(self, true: Float64Array, seconds: float) -> Float64Array:
         """Return the (3,) roll, pitch and bounce that an IMU gives, so many s after it was last asked."""

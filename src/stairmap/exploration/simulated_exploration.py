@@ -102,7 +102,7 @@ class SimulatedExploration:
         """Explore until nothing is left, or until told to stop; return what came of it."""
         while self.mission.tick():
             if should_stop():
-                self.mission.stop("interrupted")
+                self.mission.interrupt()
             elif len(self.log.decisions) >= MAX_DECISIONS:
                 self.mission.stop(f"more than {MAX_DECISIONS} decisions")
             on_tick()

@@ -6,13 +6,14 @@ It moves as it is told, whether that is wise or not: what it runs into and where
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from stairmap.arrays import Float64Array, Transform, Vector
 from stairmap.exploration.body import Body
 from stairmap.exploration.odometry import Planar, RunningOdometry
+from stairmap.exploration.state_file import State
 from stairmap.exploration.world import DOWN, MIN_SUPPORT, World
 from stairmap.frame import DepthFrame
 from stairmap.simulation.odometry import OdometryModel
@@ -100,6 +101,33 @@ class SimulatedRobot:
         self._phases = np.random.default_rng(gait_seed).uniform(0, 2 * math.pi, 3)
         self._num_frames, self._asked_s = 0, 0.0
         self.true_poses: list[Transform] = []
+
+    def state(self) -> State:
+        """Return where it is, what happened to it and where its draws are, to go on from."""
+        return {
+            "pose": self.pose.to_row(),
+            "counters": asdict(self.counters),
+            "odometry": self.odometry.state(),
+            "random": self._random.bit_generator.state,
+            "num_frames": self._num_frames,
+            "asked_s": self._asked_s,
+            "true_poses": np.array(self.true_poses).reshape(-1, 4, 4),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state of a robot with the same body, world and seed.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If it is none.
+        """
+        self.pose = Planar.from_row(state["pose"])
+        self.counters = Counters(**state["counters"])
+        self.odometry.restore(state["odometry"])
+        self._random.bit_generator.state = state["random"]
+        self._num_frames, self._asked_s = int(state["num_frames"]), float(state["asked_s"])
+        self.true_poses = list(np.array(state["true_poses"], dtype=np.float64).reshape(-1, 4, 4))
 
     def turn(self, angle: float) -> None:
         """Turn on the spot, rad, counter-clockwise."""

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from stairmap.arrays import Points
 from stairmap.exploration.levels import LevelBook
+from stairmap.exploration.state_file import State
 from stairmap.geometry import wrapped_angle
 from stairmap.modeling.landings import top_of
 from stairmap.navigation.floors import Floor, FloorStack
@@ -163,6 +164,43 @@ class StairBook:
     def refresh(self, levels: LevelBook) -> None:
         """Find anew which levels the links join, after a level was entered."""
         self.links = [self._link(link, link.flight, link.stairway, levels) for link in self.links]
+
+    def state(self) -> State:
+        """Return the links with what is known of them, to go on from."""
+        links = [
+            {
+                "number": link.number,
+                "flight": link.flight.to_dict(),
+                "stairway": link.stairway.to_dict(),
+                "state": link.state,
+                "reason": link.reason,
+                "looks": sorted(link.looks.items()),
+                "num_failures": link.num_failures,
+            }
+            for link in self.links
+        ]
+        return {"num_made": self._num_made, "links": links}
+
+    def restore(self, state: State, levels: LevelBook) -> None:
+        """Go on from a state, with the levels of then.
+
+        Raises
+        ------
+        ValueError, KeyError, TypeError
+            If it is none.
+        """
+        self.links = []
+        for saved in state["links"]:
+            if saved["state"] not in get_args(LinkState):
+                raise ValueError(f"a link is {saved['state']}")
+            self._num_made = int(saved["number"]) - 1
+            flight, stairway = Flight.from_dict(saved["flight"]), Stairway.from_dict(saved["stairway"])
+            link = self._link(None, flight, stairway, levels)
+            link.state, link.reason = saved["state"], str(saved["reason"])
+            link.looks = {int(level): int(num) for level, num in saved["looks"]}
+            link.num_failures = int(saved["num_failures"])
+            self.links.append(link)
+        self._num_made = int(state["num_made"])
 
     def link(self, number: int) -> Link | None:
         """Return a link by its number; ``None`` if it is gone."""

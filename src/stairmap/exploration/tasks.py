@@ -61,6 +61,18 @@ class Task:
         for name in ("position", "target", "cells"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Task:
+        """Return the task of ``to_dict``; it has no cells.
+
+        Raises
+        ------
+        KeyError, TypeError
+            If these are not its values.
+        """
+        size = math.nan if values["size"] is None else values["size"]
+        return cls(**{**values, "size": size})
+
     def to_dict(self) -> dict[str, Any]:
         """Return the task as JSON types, without its cells."""
         return {

@@ -52,6 +52,7 @@ TRAJECTORY_FILE = "trajectory.tum"
 
 
 SUMMARY_FILE = "summary.txt"
+REPORT_FILE = "report.html"
 SURFACE_FILE = "stairways.ply"
 LOG_FILE = "log.txt"
 CONFIG_FILE = "config.yaml"
@@ -200,7 +201,7 @@ class RunFolder:
 
     def write_report(self, html: str) -> Path:
         """Write ``report.html``; see ``stairmap.visualization.report``."""
-        return self.write_text("report.html", html)
+        return self.write_text(REPORT_FILE, html)
 
     def write_overlay(self, frame_index: int, png: bytes) -> Path:
         """Write ``overlays/NNNNNN.png`` for the frame with this number in the recording."""
@@ -217,6 +218,18 @@ class RunFolder:
         If it cannot be written, ``on_failure`` is told, and ``close`` raises it.
         """
         return self._write(name, lambda path: write_whole(path, content, durable=durable))
+
+    def remove(self, name: str) -> None:
+        """Remove a file or a folder of files that is not needed any more; that it could not be written is
+        forgotten."""
+        path = self.path / name
+        try:
+            for file in path.iterdir() if path.is_dir() else (path,):
+                file.unlink(missing_ok=True)
+        except OSError as error:
+            self._note_failure(name, str(output_error(path, error)))
+        else:
+            self._failures.pop(name, None)
 
     def _write(self, name: str, write: Callable[[Path], object]) -> Path:
         path = self.path / name

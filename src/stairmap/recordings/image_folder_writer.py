@@ -9,7 +9,7 @@ from stairmap.arrays import Transform, Vector
 from stairmap.camera import PinholeCamera
 from stairmap.errors import OutputError
 from stairmap.frame import DepthFrame
-from stairmap.output_files import LineLog, write_whole
+from stairmap.output_files import LineLog, keep_lines, write_whole
 from stairmap.recordings.camera_file import CameraFile, dump_camera_file
 from stairmap.recordings.depth_png import encode_depth_png
 from stairmap.recordings.stamped_table import text_from_stamp_ns
@@ -29,11 +29,14 @@ class ImageFolderWriter:
         PNG values per metre. Depth beyond 65534 of them is written as not measured.
     up
         (3,) direction opposite to gravity, camera frame; only for recordings without poses.
+    num_kept
+        Go on behind so many frames of a recording that was begun with the same arguments; what is behind
+        them is removed. ``None``: begin a new one.
 
     Raises
     ------
     OutputError
-        If the folder is not empty or cannot be written.
+        If the folder of a new recording is not empty, or cannot be written.
     CalibrationError
         If ``depth_scale`` is not positive or ``up`` has no length.
     """
@@ -45,6 +48,7 @@ class ImageFolderWriter:
         *,
         depth_scale: float = 1000.0,
         up: Vector | None = None,
+        num_kept: int | None = None,
     ) -> None:
         self._folder = Path(folder)
         contents = CameraFile(camera=camera, depth_scale=depth_scale, up=up)
@@ -52,6 +56,9 @@ class ImageFolderWriter:
         self._num_frames, self._last_stamp_ns = 0, -(2**63)
         self._is_closed = False
         self._logs: dict[str, LineLog] = {}
+        if num_kept is not None:
+            self._keep(num_kept)
+            return
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             if any(self._folder.iterdir()):
@@ -122,6 +129,17 @@ class ImageFolderWriter:
         traceback: TracebackType | None,
     ) -> None:
         self.close()
+
+    def _keep(self, num_frames: int) -> None:
+        for name in ("depth.txt", "groundtruth.txt"):
+            keep_lines(self._folder / name, num_frames + 1)
+        for path in sorted((self._folder / "depth").glob("*.png")):
+            if path.stem.isdecimal() and int(path.stem) >= num_frames:
+                path.unlink(missing_ok=True)
+        for name in ("depth.txt", "groundtruth.txt"):
+            if (self._folder / name).is_file():
+                self._logs[name] = LineLog(self._folder / name)
+        self._num_frames = num_frames
 
     def _append(self, name: str, text: str) -> None:
         if name not in self._logs:

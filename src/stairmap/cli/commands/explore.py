@@ -81,6 +81,15 @@ def explore(
         ),
     ] = False,
     output: OutputOption = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RUN",
+            help="Go on with the stopped mission of this folder; other options as it was begun with.",
+            rich_help_panel=OUTPUT,
+            show_default=False,
+        ),
+    ] = None,
     no_report: Annotated[
         bool, typer.Option("--no-report", help="Write no report.html.", rich_help_panel=OUTPUT)
     ] = False,
@@ -94,11 +103,15 @@ def explore(
       stairmap explore two_floors --robot spot
       stairmap explore building:house --buildings DIR --robot go2 --start 1,2,0,90
       stairmap explore two_floors --perfect-odometry --strategy nearest --json
+      stairmap explore two_floors --robot spot --resume results/explore_two_floors_1
 
-    Ctrl-C ends the mission and writes what was found so far.
+    Ctrl-C ends the mission and writes what was found so far; --resume goes on from there.
     """
     from stairmap.cli.explore import explore_world  # noqa: PLC0415
 
+    for option, value in (("--start", start), ("--output", output)):
+        if resume is not None and value is not None:
+            raise typer.BadParameter(f"{option} and --resume exclude each other: the mission has its own")
     request = ExploreRequest(
         world=world,
         robot=robot,
@@ -109,6 +122,7 @@ def explore(
         strategy=strategy.value,
         allow_unknown=allow_unknown,
         output=output,
+        resume=resume,
         with_report=not no_report,
         as_json=as_json,
     )

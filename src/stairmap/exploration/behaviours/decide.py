@@ -26,6 +26,7 @@ class Decide(MissionBehaviour):
         """Gather the tasks and choose one."""
         mission, known = self.mission, self.mission.known
         assert known.level is not None
+        mission.on_rest(False)
         begun = time.thread_time()
         known.refresh_stairs()
         try:
