@@ -91,6 +91,16 @@ def test_progress_in_a_log_is_a_line_a_period_with_an_end_time(
         now[0] += 61.0
         bar.advance("b3")
     assert capsys.readouterr().err == "trial 1/2 · b3 · ends 00:01:01\n"
+    with TrialProgress(1000, unit="recording", num_known=900) as bar:
+        now[0] += 61.0
+        bar.advance("1 stairway")
+        now[0] += 61.0
+        bar.advance("2 stairways")
+    # Two of the hundred in 122 s: 98 more take 98 minutes and 98 s. Of one alone, nobody knows.
+    assert capsys.readouterr().err.splitlines() == [
+        "recording 901/1000 · 1 stairway",
+        "recording 902/1000 · 2 stairways · ends 01:39:38",
+    ]
 
 
 def test_short_work_says_nothing_in_a_log(capsys: pytest.CaptureFixture[str]) -> None:

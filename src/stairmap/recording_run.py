@@ -24,7 +24,7 @@ from stairmap.pipeline import DEFAULT_METHOD
 from stairmap.pose_mistakes import PoseWatch
 from stairmap.recordings.base import Recording
 from stairmap.recordings.depth_unit_watch import DepthUnitWatch
-from stairmap.recordings.frame_iterators import numbered_frames
+from stairmap.recordings.frame_iterators import NUM_AHEAD, numbered_frames
 from stairmap.session import MapSession
 from stairmap.stairway import Stairway
 from stairmap.visualization.collecting import ReportCollector
@@ -77,6 +77,8 @@ class RecordingRun:
         Its poses in a level map.
     config, method
         See ``MapSession``.
+    num_ahead
+        See ``numbered_frames``.
 
     Attributes
     ----------
@@ -93,13 +95,19 @@ class RecordingRun:
     """
 
     def __init__(
-        self, recording: Recording, level_map: LevelMap, *, config: Config, method: str = DEFAULT_METHOD
+        self,
+        recording: Recording,
+        level_map: LevelMap,
+        *,
+        config: Config,
+        method: str = DEFAULT_METHOD,
+        num_ahead: int = NUM_AHEAD,
     ) -> None:
         self._recording, self._level_map = recording, level_map
         self.session = MapSession(config, method=method)
         self._collector = ReportCollector()
         self._num_without_pose = 0
-        self._frames = numbered_frames(recording)
+        self._frames = numbered_frames(recording, num_ahead=num_ahead)
         self._last_frame = (0, 0)
         self._was_stopped = False
         self._notes: tuple[str, ...] = ()

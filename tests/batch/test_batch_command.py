@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -70,6 +71,24 @@ def test_called_again_it_does_only_what_is_missing(batch, recordings, tmp_path):
     assert outcome.last_line == str(batch)
     assert (batch / "r0" / "task.json").stat().st_mtime_ns == before
     assert (batch / "more" / "stairways.json").exists()
+
+
+def test_end_is_told_for_all_recordings_and_what_was_done_before_counts_as_done(
+    recordings, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("stairmap.cli.progress.LINE_PERIOD", 0.0)
+    first = stairmap("batch", recordings / "r0", "-o", tmp_path / "out", "--workers", "0")
+    assert first.stderr.splitlines()[1:] == [
+        f"recording 1/1 · 1 stairway · ends {first.stderr.splitlines()[1].rpartition(' ')[2]}"
+    ]
+    again = stairmap("batch", recordings / "r*", "-o", tmp_path / "out", "--workers", "0").stderr.splitlines()
+    shown = [line.partition(" · ends ")[0] for line in again[1:]]
+    assert shown == [
+        "recording 2/4 · 2 stairways",
+        "recording 3/4 · 2 stairways",
+        "recording 4/4 · 3 stairways",
+    ]
+    assert all(re.fullmatch(r"\d\d:\d\d:\d\d", line.rpartition(" ")[2]) for line in again[1:])
 
 
 def test_result_whose_answer_was_lost_is_found_and_not_made_again(batch, recordings, tmp_path):

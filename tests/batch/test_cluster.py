@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.request
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ import stand_in_looks
 from command_line import stairmap
 from small_recordings import repeat_frames, write_recording
 from stairmap.batch import running
+from stairmap.batch.cluster import local_pool
 from stairmap.batch.long_recordings import piece_bounds
 from stairmap.batch.table_files import read_table
 
@@ -161,6 +163,26 @@ def test_workers_that_are_killed_lose_nothing_and_do_nothing_twice(cluster, tmp_
     # What was begun by a worker that was killed is begun anew; what was done is not.
     looks = log.read_text().splitlines()
     assert sorted(set(looks)) == names and len(looks) <= len(names) + 4
+
+
+@pytest.mark.nightly
+def test_dashboard_is_told_and_answers(recordings, tmp_path):
+    process = start_batch(recordings, tmp_path / "fleet")
+    address = process.stderr.readline().rpartition("dashboard: ")[2].strip()
+    with urllib.request.urlopen(address, timeout=TIMEOUT_S) as page:
+        assert address.startswith("http://127.0.0.1:") and page.status == 200
+    _, stderr = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 0, stderr
+
+
+@pytest.mark.nightly
+def test_driver_that_waits_for_workers_takes_little_of_a_core():
+    with local_pool(2) as pool:
+        pool.wait(1.0)
+        started, taken = time.monotonic(), time.process_time()
+        for _ in range(50):
+            pool.wait(running.WAIT_PERIOD)
+        assert time.process_time() - taken < 0.015 * (time.monotonic() - started)
 
 
 @pytest.mark.nightly

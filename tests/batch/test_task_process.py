@@ -3,13 +3,17 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
+import cv2
 import pytest
 import stand_in_looks
 
+from small_recordings import write_recording
 from stairmap.batch.job import BatchSettings, RecordingJob
+from stairmap.batch.recording_task import look_at_input
 from stairmap.batch.task import perform
 from stairmap.batch.task_process import ProcessDiedError, TaskProcess, perform_in_process
 
@@ -58,6 +62,21 @@ def test_error_of_a_function_comes_back_and_the_process_goes_on():
         process.call(os._exit, 7)
     assert process.call(os.getpid) != first
     process.close()
+
+
+def test_process_uses_one_thread(tmp_path, monkeypatch):
+    process = TaskProcess()
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        assert process.call(os.getenv, name) == "1"
+    assert process.call(cv2.getNumThreads) == 1
+    process.close()
+    # A recording is looked at without another thread.
+    recording = write_recording(tmp_path / "r", num_frames=3)
+    started = []
+    start = threading.Thread.start
+    monkeypatch.setattr(threading.Thread, "start", lambda thread: (started.append(thread), start(thread)))
+    look = look_at_input(recording, BatchSettings(), tmp_path / "run")
+    assert look.num_frames == 3 and started == []
 
 
 def test_process_ends_in_the_middle_of_its_work_when_its_worker_is_killed(tmp_path):

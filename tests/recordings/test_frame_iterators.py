@@ -30,6 +30,19 @@ def test_an_error_comes_after_the_items_before_it() -> None:
     assert seen == list(range(7))
 
 
+def test_nothing_is_read_ahead_where_it_would_take_a_core_from_others() -> None:
+    asked = []
+
+    def items() -> Iterator[int]:
+        for item in range(3):
+            asked.append(threading.current_thread())
+            yield item
+
+    for number, item in enumerate(read_ahead(items(), num_ahead=0), start=1):
+        assert item == number - 1 and len(asked) == number
+    assert asked == [threading.current_thread()] * 3
+
+
 def test_only_a_few_items_are_read_ahead_and_none_after_the_end() -> None:
     asked = []
 

@@ -6,12 +6,14 @@ fsspec is imported here only; it comes with the extra ``cluster``, and each stor
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from stairmap.errors import BatchError, MissingPackageError, OutputError, RecordingError
+from stairmap.errors import BatchError, MissingPackageError, OutputError, RecordingError, StairmapError
 
 _ADDRESS = re.compile(r"^[a-z][a-z0-9+.-]*(::[a-z][a-z0-9+.-]*)*://", re.IGNORECASE)
 
@@ -39,7 +41,7 @@ def find_at_address(address: str, *, recording_folders: RecordingFolders) -> Ite
         If the store does not answer, or there is no package for it.
     """
     files, root = _open(address, BatchError)
-    try:
+    with _told(f"cannot list {address}", BatchError):
         roots = sorted(files.glob(root)) if any(mark in root for mark in "*?[") else [root]
         for path in roots or [root]:
             found = False
@@ -53,8 +55,6 @@ def find_at_address(address: str, *, recording_folders: RecordingFolders) -> Ite
                 yield from (files.unstrip_protocol(item) for item in here)
             if not found:
                 yield files.unstrip_protocol(path)
-    except OSError as error:
-        raise BatchError(f"cannot list {address}: {error}") from error
 
 
 def fetch_recording(address: str, scratch: Path) -> Path:
@@ -67,12 +67,10 @@ def fetch_recording(address: str, scratch: Path) -> Path:
     """
     files, path = _open(address, RecordingError)
     target = scratch / path.rstrip("/").rpartition("/")[2]
-    try:
+    with _told(f"cannot read {address}", RecordingError):
         if not files.exists(path):
             raise RecordingError(f"expected a recording, but there is no {address}; check the address")
         files.get(path, str(target), recursive=True)
-    except OSError as error:
-        raise RecordingError(f"cannot read {address}: {error}") from error
     return target
 
 
@@ -96,33 +94,28 @@ class AddressStore:
 
     def read(self, name: str) -> bytes | None:
         """Return what a file holds; ``None`` where there is none."""
-        try:
-            content: bytes = self._files.cat_file(f"{self._root}/{name}")
-        except FileNotFoundError:
-            return None
-        except OSError as error:
-            raise OutputError(f"cannot read {self._address}/{name}: {error}") from error
+        content: bytes | None = None
+        with (
+            _told(f"cannot read {self._address}/{name}", OutputError),
+            contextlib.suppress(FileNotFoundError),
+        ):
+            content = self._files.cat_file(f"{self._root}/{name}")
         return content
 
     def write(self, name: str, content: bytes) -> None:
         """Write a file; object stores show it whole or not at all."""
         path = f"{self._root}/{name}"
-        try:
+        with _told(f"cannot write {self._address}/{name}", OutputError):
             self._files.makedirs(path.rpartition("/")[0], exist_ok=True)
             self._files.pipe_file(path, content)
-        except OSError as error:
-            raise OutputError(f"cannot write {self._address}/{name}: {error}") from error
 
     def names(self, folder: str = "") -> list[str]:
         """Return the names in a folder, sorted; none where there is no such folder."""
         path = f"{self._root}/{folder}".rstrip("/")
-        try:
+        entries: list[str] = []
+        with _told(f"cannot list {self._address}", OutputError), contextlib.suppress(FileNotFoundError):
             self._files.invalidate_cache()
             entries = self._files.ls(path, detail=False)
-        except FileNotFoundError:
-            return []
-        except OSError as error:
-            raise OutputError(f"cannot list {self._address}: {error}") from error
         return sorted(entry.rstrip("/").rpartition("/")[2] for entry in entries)
 
     def put_folder(self, source: Path, name: str, *, last: str) -> None:
@@ -137,8 +130,18 @@ def _open(address: str, error_type: type[BatchError | OutputError | RecordingErr
         import fsspec  # noqa: PLC0415
     except ImportError as error:
         raise MissingPackageError("fsspec", "cluster", f"reading {address}") from error
-    try:
+    with _told(f"cannot reach {address}", error_type):
         files, path = fsspec.core.url_to_fs(address)
-    except (ImportError, ValueError, OSError) as error:
-        raise error_type(f"cannot reach {address}: {error}") from error
     return files, path.rstrip("/")
+
+
+@contextmanager
+def _told(what: str, error_type: type[StairmapError]) -> Iterator[None]:
+    """Tell in a line whatever a store raises: each package has errors of its own, of no common kind."""
+    try:
+        yield
+    except StairmapError:
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise error_type(f"{what}: {reason}") from error

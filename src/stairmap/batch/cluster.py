@@ -43,6 +43,10 @@ _LOCAL_SETTINGS = {
     "distributed.scheduler.allowed-failures": LOCAL_ALLOWED_FAILURES,
     # It samples the stack of a thread that waits for another process, a hundred times a second.
     "distributed.worker.profile.enabled": False,
+    # The driver looks whether its own loops are alive fifty times a second for each worker, and at its load
+    # twice a second: together two per cent of a core.
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "5s",
     # What the scheduler keeps of each task for its developers, in the driver's memory.
     "distributed.admin.log-length": 100,
     "distributed.admin.low-level-log-length": 100,

@@ -46,7 +46,7 @@ class BatchJournal:
         self.path, self._fingerprint = path, fingerprint
         self._folders: dict[str, str] = {}
         self._places: dict[str, int] = {}
-        self._done: set[str] = set()
+        self._done: dict[str, int] = {}
         self._taken = set(taken)
         self._size = self._read() if path.exists() else 0
         try:
@@ -76,6 +76,8 @@ class BatchJournal:
             isinstance(values.get(key), str) for key in ("recording", "fingerprint", "folder")
         ):
             raise ValueError("expected a recording with fingerprint and folder")
+        if not isinstance(values.get("stairways", []), list):
+            raise ValueError("expected a list of stairways")
         self._taken.add(values["folder"].casefold())
         if values["fingerprint"] != self._fingerprint:
             return
@@ -85,11 +87,15 @@ class BatchJournal:
         if "stairways" in values:
             self._places[recording] = place
             if values["folder"]:
-                self._done.add(recording)
+                self._done[recording] = len(values["stairways"])
 
     def is_done(self, recording: str) -> bool:
         """Tell whether a recording has its run folder."""
         return recording in self._done
+
+    def num_stairways(self, recording: str) -> int:
+        """Return how many stairways are in a recording's run folder; 0 as long as there is none."""
+        return self._done.get(recording, 0)
 
     def folder_of(self, recording: str) -> str:
         """Return the name of a recording's run folder; a new one is written down before it is returned."""
@@ -120,7 +126,7 @@ class BatchJournal:
         """
         self._places[result.recording] = self._append(result.to_dict())
         if result.is_done:
-            self._done.add(result.recording)
+            self._done[result.recording] = len(result.stairways)
 
     def _append(self, values: dict[str, Any]) -> int:
         line = json.dumps(values, allow_nan=False)

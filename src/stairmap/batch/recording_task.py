@@ -125,7 +125,8 @@ def _look_at_recording(
 ) -> Look:
     recording, config = opened.recording, opened.config
     level_map = find_level_map(recording, opened.up, max_depth=config.detection.max_depth)
-    run = RecordingRun(recording, level_map, config=config, method=settings.method)
+    # Nothing is read ahead: each process has one core, and the next core has a process of its own.
+    run = RecordingRun(recording, level_map, config=config, method=settings.method, num_ahead=0)
     if known is not None:
         run.session.detector = RememberingDetector(run.session.detector, known)
     with create_run_folder(output, recording.name) as folder:

@@ -36,7 +36,6 @@ class BatchProgress:
     """How far a batch is; ``result`` is the latest."""
 
     num_recordings: int
-    num_finished: int
     num_failed: int
     num_stairways: int
     result: RecordingResult | None = None
@@ -53,7 +52,9 @@ class BatchOutcome:
     num_known
         Of these, done before.
     num_done, num_failed
-        Done and failed this time.
+        That got a run folder this time, and that got none.
+    num_broken_off
+        Of those done this time, read to a place where they are broken.
     num_stairways
         In all recordings that are done.
     was_stopped
@@ -66,6 +67,7 @@ class BatchOutcome:
     num_known: int
     num_done: int
     num_failed: int
+    num_broken_off: int
     num_stairways: int
     was_stopped: bool
     task_cpu_s: float
@@ -76,6 +78,7 @@ class _Counts:
     known: int = 0
     done: int = 0
     failed: int = 0
+    broken_off: int = 0
     stairways: int = 0
     cpu_s: float = 0.0
     lost: Counter[str] = field(default_factory=Counter)
@@ -106,10 +109,19 @@ class BatchRun:
     ) -> None:
         self._recordings, self._settings, self._folder = recordings, settings, folder
         self._robots = dict(robots or {})
-        self._counts = _Counts()
+        journal = folder.journal
+        self._counts = _Counts(
+            known=sum(journal.is_done(recording) for recording in recordings),
+            stairways=sum(journal.num_stairways(recording) for recording in recordings),
+        )
         self._running: set[str] = set()
         self._tables_due = time.monotonic() + TABLE_PERIOD
         self._waiting = self._missing()
+
+    @property
+    def num_known(self) -> int:
+        """How many recordings were done before."""
+        return self._counts.known
 
     def run(
         self,
@@ -152,6 +164,7 @@ class BatchRun:
             num_known=counts.known,
             num_done=counts.done,
             num_failed=counts.failed,
+            num_broken_off=counts.broken_off,
             num_stairways=counts.stairways,
             was_stopped=stopped,
             task_cpu_s=counts.cpu_s,
@@ -182,9 +195,6 @@ class BatchRun:
         journal = self._folder.journal
         for recording in self._recordings:
             if journal.is_done(recording):
-                self._counts.known += 1
-                result = journal.result_of(recording)
-                self._counts.stairways += 0 if result is None else len(result.stairways)
                 continue
             yield RecordingJob(
                 recording=recording,
@@ -222,7 +232,8 @@ class BatchRun:
         counts = self._counts
         counts.cpu_s += result.cpu_s
         counts.done += result.is_done
-        counts.failed += bool(result.error)
+        counts.failed += not result.is_done
+        counts.broken_off += result.is_done and bool(result.error)
         counts.stairways += len(result.stairways)
         self._folder.journal.add(result)
 
@@ -230,7 +241,6 @@ class BatchRun:
         counts = self._counts
         return BatchProgress(
             num_recordings=len(self._recordings),
-            num_finished=counts.known + counts.done + counts.failed,
             num_failed=counts.failed,
             num_stairways=counts.stairways,
             result=result,

@@ -54,16 +54,12 @@ def run_batch(request: BatchRequest) -> int:
     ):
         _announce(pool, len(recordings))
         batch = BatchRun(recordings, settings, folder, robots=robots)
-        with TrialProgress(len(recordings), unit="recording") as progress:
-            num_shown = 0
-
-            def show(state: BatchProgress) -> None:
-                nonlocal num_shown
-                for _ in range(state.num_finished - num_shown):
-                    progress.advance(_describe(state))
-                num_shown = state.num_finished
-
-            outcome = batch.run(pool, should_stop=lambda: bool(interrupt), on_progress=show)
+        with TrialProgress(len(recordings), unit="recording", num_known=batch.num_known) as progress:
+            outcome = batch.run(
+                pool,
+                should_stop=lambda: bool(interrupt),
+                on_progress=lambda state: progress.advance(_describe(state)),
+            )
         typer.echo(_answer(request, outcome, folder.output, interrupt))
     return interrupt.exit_code
 
@@ -97,16 +93,18 @@ def _answer(request: BatchRequest, outcome: BatchOutcome, output: str, interrupt
             "num_known": outcome.num_known,
             "num_done": outcome.num_done,
             "num_failed": outcome.num_failed,
+            "num_broken_off": outcome.num_broken_off,
             "num_stairways": outcome.num_stairways,
             "task_cpu_s": round(outcome.task_cpu_s, 3),
             "tables": [CSV_FILE, PARQUET_FILE, PAGE_FILE],
         }
         return json.dumps(values, indent=1)
+    broken = f" ({outcome.num_broken_off} broke off)" if outcome.num_broken_off else ""
     known = f", {outcome.num_known} done before" if outcome.num_known else ""
     rest = outcome.num_recordings - outcome.num_known - outcome.num_done - outcome.num_failed
     left = f", {rest} left: call again to go on" if outcome.was_stopped and rest > 0 else ""
     return (
-        f"{counted(outcome.num_recordings, 'recording')}: {outcome.num_done} done{known}, "
+        f"{counted(outcome.num_recordings, 'recording')}: {outcome.num_done} done{broken}{known}, "
         f"{outcome.num_failed} failed{left}; {counted(outcome.num_stairways, 'stairway')}\n"
         f"tables: {CSV_FILE}, {PARQUET_FILE}; page: {PAGE_FILE}\n\n{output}"
     )

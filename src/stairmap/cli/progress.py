@@ -54,11 +54,11 @@ class _Bar:
     def is_due(self) -> bool:
         return time.monotonic() - self._updated >= self._period
 
-    def show(self, text: str, count: int, total: int | None) -> None:
+    def show(self, text: str, count: int, total: int | None, *, num_known: int = 0) -> None:
         now = time.monotonic()
         self._updated = now
-        if total and count >= _MIN_SHARE * total:
-            rest = (now - self.started) / count * max(total - count, 0)
+        if total and count - num_known > 0 and count - num_known >= _MIN_SHARE * (total - num_known):
+            rest = (now - self.started) / (count - num_known) * max(total - count, 0)
             text += f" · ends {time.strftime('%H:%M:%S', time.localtime(time.time() + rest))}"
         if self._is_terminal and self._task is not None:
             self._progress.update(self._task, total=total, completed=count, description=text)
@@ -185,15 +185,17 @@ class TrialProgress(_WithBar):
         How many there will be.
     unit
         What each is called.
+    num_known
+        Of these, done before: they say nothing of when the others end.
     """
 
-    def __init__(self, num_trials: int, *, unit: str = "trial") -> None:
+    def __init__(self, num_trials: int, *, unit: str = "trial", num_known: int = 0) -> None:
         super().__init__()
         self._num_trials, self._unit = num_trials, unit
-        self._count = 0
+        self._count = self._num_known = num_known
 
     def __enter__(self) -> TrialProgress:
-        self._bar.start(f"{self._unit} 0/{self._num_trials}", self._num_trials)
+        self._bar.start(f"{self._unit} {self._count}/{self._num_trials}", self._num_trials)
         return self
 
     def advance(self, text: str) -> None:
@@ -201,4 +203,4 @@ class TrialProgress(_WithBar):
         self._count += 1
         if self._bar.is_due():
             described = f"{self._unit} {self._count}/{self._num_trials} · {text}"
-            self._bar.show(described, self._count, self._num_trials)
+            self._bar.show(described, self._count, self._num_trials, num_known=self._num_known)

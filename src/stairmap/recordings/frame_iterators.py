@@ -22,12 +22,19 @@ NUM_AHEAD = 3
 """So many frames are read while others are looked at: decoding takes about as long as looking."""
 
 
-def numbered_frames(recording: Recording) -> Iterator[tuple[int, DepthFrame]]:
+def numbered_frames(recording: Recording, *, num_ahead: int = NUM_AHEAD) -> Iterator[tuple[int, DepthFrame]]:
     """Return (number, frame) from 0 in the order of the recording.
 
     A frame that cannot be read leaves a gap, so that a number always names the same image. The first
     frame is read at once: who asks before making a results folder makes none for an unreadable recording.
     A thread reads the next ones ahead, in the same order.
+
+    Parameters
+    ----------
+    recording
+        Where they come from.
+    num_ahead
+        See ``read_ahead``.
 
     Raises
     ------
@@ -35,14 +42,18 @@ def numbered_frames(recording: Recording) -> Iterator[tuple[int, DepthFrame]]:
         If no image can be read.
     """
     frames = ((count + len(recording.problems.skipped), frame) for count, frame in enumerate(recording))
-    return chain(list(islice(frames, 1)), read_ahead(frames))
+    return chain(list(islice(frames, 1)), read_ahead(frames, num_ahead=num_ahead))
 
 
 def read_ahead(items: Iterator[T], *, num_ahead: int = NUM_AHEAD) -> Iterator[T]:
     """Return the same items, some of which a thread asks for before they are wanted.
 
     An error comes where the iterator raised it. Nothing is asked for any more once the iteration is left.
+    With ``num_ahead`` 0 there is no thread: for processes that have one core each.
     """
+    if not num_ahead:
+        yield from items
+        return
     end = object()
     pool = ThreadPoolExecutor(1, thread_name_prefix="read ahead")
     try:
