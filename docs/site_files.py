@@ -22,13 +22,17 @@ SEARCH_SCRIPT, OWN_SEARCH_SCRIPT = "https://unpkg.com/iframe-worker/shim", "java
 """What the theme fetches to search without a server, and the same file in the site."""
 
 _LINK = re.compile(r"\]\(\.\./([^)#\s]+)")
+_LINK_BESIDE = re.compile(r"\]\((?!docs/|https?:)([^)#\s]+)")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the pages, and each file that a page links to."""
+    """Add the pages, and each file that a page of docs/ or one of these pages links to."""
     names = set(PAGES)
     for file in files.documentation_pages():
         names.update(_LINK.findall(file.content_string))
+    for page in PAGES:
+        links = _LINK_BESIDE.findall((ROOT / page).read_text(encoding="utf-8"))
+        names.update(str((ROOT / page).parent.joinpath(link).relative_to(ROOT)) for link in links)
     for name in sorted(names):
         if (ROOT / name).is_file():
             files.append(File.generated(config, name, abs_src_path=str(ROOT / name)))

@@ -12,6 +12,7 @@ PAGES = [
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",
     ROOT / "CHANGELOG.md",
+    ROOT / "BENCHMARKS.md",
     *sorted((ROOT / "docs").glob("*.md")),
 ]
 
@@ -35,3 +36,12 @@ def test_every_picture_is_shown_on_a_page_and_is_small():
     text = "".join(page.read_text() for page in PAGES)
     assert [path.name for path in pictures if path.name not in text] == []
     assert [path.name for path in pictures if path.stat().st_size > 300_000] == []
+
+
+def test_site_holds_the_pictures_of_pages_beside_docs():
+    site_files = (ROOT / "docs" / "site_files.py").read_text()
+    pattern = re.search(r'_LINK_BESIDE = re.compile\(r"(.+)"\)', site_files)
+    assert pattern is not None and "_LINK_BESIDE.findall" in site_files
+    found = re.findall(pattern[1], (ROOT / "BENCHMARKS.md").read_text())
+    pictures = [name for name in found if name.endswith(".png")]
+    assert pictures and all((ROOT / name).exists() for name in pictures)
