@@ -157,10 +157,9 @@ def test_it_pauses_goes_on_and_stops_when_it_is_told(ros_world: RosEnvironment, 
     assert wait_for(lambda: bool(expedition.events("entered level")), seconds=60.0)
     expedition.call("pause")
     time.sleep(1.0)
-    before = expedition.log
-    time.sleep(2.0)
-    assert expedition.log == before
     num = len(expedition.events("decision"))
+    time.sleep(2.0)
+    assert len(expedition.events("decision")) == num
     expedition.call("resume")
     assert wait_for(lambda: len(expedition.events("decision")) > num, seconds=60.0)
     expedition.call("stop")

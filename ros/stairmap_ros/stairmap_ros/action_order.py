@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
+from rclpy.node import Node
 
 GONE_AFTER = 5.0
 """A server that cannot be found for so long while it works for us is gone, s."""
@@ -23,32 +24,35 @@ class Ending:
 
 
 class ActionOrder:
-    """A goal that is polled; callbacks of the client run in the executor's thread.
+    """A goal that is polled by one thread while another spins the node.
+
+    All that is asked of the server is asked by the spinning thread: an answer that comes before the client
+    has noted its request would be lost.
 
     Parameters
     ----------
+    node
+        Whose executor spins.
     client, goal
         Who sends what.
     name
         Of the action, for reasons.
-    feedback
-        Called with each feedback message.
     """
 
-    def __init__(self, client: ActionClient, goal: Any, name: str, feedback: Any = None) -> None:
-        self._client, self._name = client, name
+    def __init__(self, node: Node, client: ActionClient, goal: Any, name: str) -> None:
+        self._executor, self._client, self._goal, self._name = node.executor, client, goal, name
         self._must_cancel = False
         self._handle: Any = None
         self._result: Any = None
         self._seen = self._asked = time.monotonic()
         self._ending: Ending | None = None
-        self._sent = client.send_goal_async(goal, feedback_callback=feedback)
+        self._executor.create_task(self._send)
 
     def cancel(self) -> None:
         """Ask the server to stop; the end is polled as always."""
-        if not self._must_cancel and self._handle is not None:
-            self._handle.cancel_goal_async()
-        self._must_cancel = True
+        if not self._must_cancel:
+            self._must_cancel = True
+            self._executor.create_task(self._cancel)
 
     def poll(self) -> Ending | None:
         """Return how it ended; ``None`` while it goes on."""
@@ -56,17 +60,26 @@ class ActionOrder:
             self._ending = self._find_ending()
         return self._ending
 
-    def _find_ending(self) -> Ending | None:
-        if self._handle is None:
-            if not self._sent.done():
-                return self._watch_server()
-            handle = self._sent.result()
-            if not handle.accepted:
-                return Ending(state="failed", reason=f"{self._name} refuses the goal")
-            self._handle = handle
+    def _send(self) -> None:
+        self._client.send_goal_async(self._goal).add_done_callback(self._answer)
+
+    def _answer(self, sent: Any) -> None:
+        handle = sent.result()
+        if handle.accepted:
             self._result = handle.get_result_async()
             if self._must_cancel:
                 handle.cancel_goal_async()
+        self._handle = handle
+
+    def _cancel(self) -> None:
+        if self._handle is not None and self._handle.accepted:
+            self._handle.cancel_goal_async()
+
+    def _find_ending(self) -> Ending | None:
+        if self._handle is None:
+            return self._watch_server()
+        if not self._handle.accepted:
+            return Ending(state="failed", reason=f"{self._name} refuses the goal")
         if not self._result.done():
             return self._watch_server()
         answer = self._result.result()

@@ -203,7 +203,7 @@ class ActionPilot:
         yield from self._stop()
         while True:
             yield from self._wait_for(server)
-            order = self._order = ActionOrder(server.client, goal, server.name)
+            order = self._order = ActionOrder(self._node, server.client, goal, server.name)
             is_interrupted = False
             while (ending := order.poll()) is None:
                 view = self._see()
