@@ -80,8 +80,10 @@ def _sweeps(path: Path) -> None:
 
 
 def _las(path: Path) -> None:
+    """Two houses of two floors beside each other."""
     scene = STOREY_SCENES["two_floors"]("two_floors", np.random.default_rng(1))
-    write_las(path, sample_mesh(scene.mesh, density=DENSITY, noise=0.003))
+    points = sample_mesh(scene.mesh, density=DENSITY, noise=0.003)
+    write_las(path, np.concatenate([points, points + np.array([0.0, 25.0, 0.0])]))
 
 
 def _pcd(path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from command_line import check_refused, stairmap
+from command_line import COMMANDS, check_refused, stairmap
 from small_recordings import write_recording
 from stairmap.cli import progress
 from stairmap.cli.progress import FrameProgress, TrialProgress
@@ -22,13 +23,9 @@ from stairmap.evaluation.trials import TrialResult, TrialSpec
 from stairmap.visualization.overlay import NUMBER_HEIGHT, NUMBER_SPACING, _free_place
 
 ROOT = Path(__file__).resolve().parents[1]
-COMMANDS = (
-    "run", "detect", "live", "view", "inspect", "check", "export", "plan", "finish", "demo", "simulate",
-    "evaluate", "config",
-)  # fmt: skip
 
 
-@pytest.mark.parametrize("command", [(), *((name,) for name in COMMANDS)])
+@pytest.mark.parametrize("command", [(), *((name,) for name in COMMANDS.commands)])
 def test_help_shows_no_type_for_options_without_a_value(command: tuple[str, ...]) -> None:
     text = stairmap(*command, "--help").stdout
     assert "<bool>" not in text and "BOOL" not in text
@@ -103,6 +100,26 @@ def test_progress_in_a_log_is_a_line_a_period_with_an_end_time(
     ]
 
 
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_bar_on_a_terminal_shows_an_end_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setattr(progress, "_PERIOD", 0.0)
+    with FrameProgress(20) as bar:
+        for _ in range(10):
+            bar.advance("2 stairways")
+        bar._bar._progress.refresh()
+    assert re.search(r"frame 10/20 · \d+ fps · 2 stairways · ends \d\d:\d\d:\d\d", terminal.getvalue())
+
+
 def test_short_work_says_nothing_in_a_log(capsys: pytest.CaptureFixture[str]) -> None:
     with FrameProgress(10) as bar:
         for _ in range(10):
@@ -112,12 +129,16 @@ def test_short_work_says_nothing_in_a_log(capsys: pytest.CaptureFixture[str]) ->
 
 def test_no_output_is_ever_overwritten(run_folder: Path, tmp_path: Path) -> None:
     recording = run_folder.parent / "stairs"
-    mine = {name: tmp_path / name for name in ("v.png", "p.html", "f.mcap", "s.rrd", "frame.png")}
+    mine = {
+        name: tmp_path / name for name in ("v.png", "p.html", "f.mcap", "s.rrd", "frame.png", "clean.ply")
+    }
     for path in mine.values():
         path.write_text("mine")
     folder = tmp_path / "full"
     folder.mkdir()
     (folder / "stairways.ply").write_text("mine")
+    points, other = tmp_path / "map.xyz", shutil.copytree(run_folder, tmp_path / "other")
+    points.write_text("".join(f"{x / 9} {y / 9} 0\n" for x in range(20) for y in range(20)))
     for arguments in (
         ("check", run_folder, "--picture", mine["v.png"]),
         ("view", run_folder, "--page", mine["p.html"]),
@@ -131,10 +152,15 @@ def test_no_output_is_ever_overwritten(run_folder: Path, tmp_path: Path) -> None
         ("simulate", "b3", "-o", folder),
         ("demo", "-o", folder),
         ("evaluate", "table1", "--quick", "-o", folder),
+        ("scan", points, "-o", folder),
+        ("clean", points, "-o", mine["clean.ply"]),
+        ("explore", "two_floors", "-o", folder),
+        ("batch", recording, "-o", folder, "--workers", "0"),
+        ("merge", run_folder, other, "-o", folder),
     ):
         outcome = stairmap(*arguments)
         assert outcome.code == 1, arguments
-        assert "overwritten" in outcome.stderr or "holds files" in outcome.stderr, outcome.stderr
+        assert re.search("overwritten|holds files|is not empty and no batch", outcome.stderr), outcome.stderr
     assert all(path.read_text() == "mine" for path in (*mine.values(), folder / "stairways.ply"))
     assert [path.name for path in folder.iterdir()] == ["stairways.ply"]
 

@@ -160,6 +160,31 @@ def test_failed_export_leaves_no_half_file(run_folder, tmp_path, monkeypatch):
         assert not [path for path in (tmp_path / name).iterdir() if path.suffix != ".pgm"]
 
 
+def test_answer_is_printed_before_a_full_disk_is_told(run_folder, tmp_path, monkeypatch):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    for arguments, printed in (
+        (("check", run_folder, "--robot", "spot", "--picture", disk / "picture.png"), "Boston Dynamics"),
+        (("plan", run_folder, "-o", disk / "plan"), "frontier"),
+    ):
+        with monkeypatch.context() as patch:
+            FullDisk(patch, disk, 500)
+            outcome = stairmap(*arguments)
+        assert printed in outcome.stdout, arguments[0]
+        assert outcome.code == 1 and "No space left on device" in outcome.stderr.splitlines()[-1]
+        assert not list(disk.rglob("*.png")) and not list(disk.rglob(".*"))
+
+
+def test_evaluation_on_a_full_disk_prints_its_tables(tmp_path, monkeypatch):
+    pytest.importorskip("embreex", reason="needs the extra sim")
+    FullDisk(monkeypatch, tmp_path, 500)
+    options = ("--quick", "--only", "b3", "--method", "stairmap", "-o", tmp_path / "tables")
+    outcome = stairmap("evaluate", "table1", *options)
+    assert outcome.code == 1
+    assert "| stairmap" in outcome.stdout
+    assert "No space left on device" in outcome.stderr.splitlines()[-1]
+
+
 def kill_after(process, seconds):
     time.sleep(seconds)
     process.send_signal(signal.SIGKILL)

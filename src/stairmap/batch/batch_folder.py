@@ -75,14 +75,14 @@ class BatchFolder:
             raise
 
     def _open(self, fingerprint: str) -> None:
-        if self._scratch is None:
-            self._make_local()
         names = self.place.names()
         marks = (JOURNAL_FILE, PIECES_FOLDER)
         if not any(mark in names for mark in marks) and any(not name.startswith(".") for name in names):
             raise BatchError(
                 f"--output {self.output} is not empty and no batch is in it; name a new or empty folder"
             )
+        if self._scratch is None:
+            self._make_local()
         self._take_lock()
         if self._scratch is not None:
             self._fetch_journal()

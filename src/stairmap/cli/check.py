@@ -36,8 +36,6 @@ def check_stairways(request: CheckRequest) -> int:
         raise ResultsError(f"{request.stairways} holds no stairway, so there is nothing to check")
     assessments = [assess(stairway, robot) for stairway in stairways for robot in robots]
     code_checks = [check_code(stairway, code) for stairway in stairways for code in codes]
-    if request.picture is not None:
-        write_whole(request.picture, png_from_figure(draw_verdicts(stairways, assessments, code_checks)))
     if request.as_json:
         values = {
             "assessments": [assessment.to_dict() for assessment in assessments],
@@ -46,6 +44,8 @@ def check_stairways(request: CheckRequest) -> int:
         typer.echo(json.dumps(null_for_nan(values), indent=1, allow_nan=False))
     else:
         typer.echo(_format_text(assessments, code_checks))
+    if request.picture is not None:
+        write_whole(request.picture, png_from_figure(draw_verdicts(stairways, assessments, code_checks)))
     return 0
 
 

@@ -81,6 +81,7 @@ def evaluate_methods(request: EvaluateRequest) -> int:
             for method, mine in judgements.items()
         },
     }
+    typer.echo(json.dumps(data, allow_nan=False) if request.as_json else "\n\n".join(tables))
     if request.output is not None:
         _write_text(request.output / "tables.md", "\n\n".join(tables) + "\n")
         _write_text(request.output / "results.json", json.dumps(data, allow_nan=False) + "\n")
@@ -90,9 +91,8 @@ def evaluate_methods(request: EvaluateRequest) -> int:
             _write_figure(request.output / f"false_{method}.png", draw_rates(mine, grid, rate="false_rate"))
         if request.with_convergence:
             _draw_convergences(request, config, specs, request.output)
-    typer.echo(json.dumps(data, allow_nan=False) if request.as_json else "\n\n".join(tables))
-    if request.output is not None and not request.as_json:
-        typer.echo(str(request.output))
+        if not request.as_json:
+            typer.echo(str(request.output))
     _check_no_crash(results)
     return 0
 

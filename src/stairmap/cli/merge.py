@@ -48,11 +48,11 @@ def merge_run_folders(request: MergeRequest) -> int:
             )
     merged = merge_runs(inputs, alignment)
     with create_run_folder(request.output, "merged") as folder:
-        write_merged_map(folder, merged, inputs, alignment)
         if request.as_json:
             typer.echo(_format_json(str(folder.path), merged, names, alignment))
         else:
             typer.echo(_format_text(str(folder.path), merged, inputs, alignment))
+        write_merged_map(folder, merged, inputs, alignment)
     return 0
 
 

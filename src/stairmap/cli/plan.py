@@ -65,16 +65,16 @@ def plan_way(request: PlanRequest) -> int:
     for portal in portals:
         for note in portal.notes:
             typer.echo(note, err=True)
+    if request.as_json:
+        typer.echo(json.dumps(null_for_nan(values), indent=1, allow_nan=False))
+    else:
+        typer.echo(_format_text(route, candidates))
     if request.output is not None:
         figure = draw_floor_maps(
             floors, stairways, portals, grids=grids, route=route, candidates=candidates, drops=building.drops
         )
         _write(request.output, values, grids, png_from_figure(figure))
-    if request.as_json:
-        typer.echo(json.dumps(null_for_nan(values), indent=1, allow_nan=False))
-    else:
-        typer.echo(_format_text(route, candidates))
-        if request.output is not None:
+        if not request.as_json:
             typer.echo(str(request.output))
     is_found = bool(candidates) if route is None else bool(route)
     return 0 if is_found else NOTHING_FOUND
