@@ -9,6 +9,7 @@ import pytest
 from small_worlds import DRIFT, ROOM, SPOT, robot_in, room_with, stairs
 
 from stairmap.exploration.odometry import Planar, RunningOdometry
+from stairmap.exploration.simulated_robot import SENSED_ROOM
 from stairmap.exploration.world import STEP_OVER, World
 from stairmap.simulation.odometry import PERFECT_ODOMETRY
 from stairmap.simulation.storeys import make_slab
@@ -112,6 +113,24 @@ def test_its_sensors_see_a_corner_that_is_thinner_than_the_gaps_between_their_be
     assert free < 1.51
     assert robot.drive(free)
     assert robot.counters.collisions == 0
+
+
+def test_its_sensors_stop_it_a_little_before_a_surface_and_lead_it_on_beside_one():
+    wall = 6.0 - 0.06
+    start = wall - SPOT.radius - SENSED_ROOM - 0.101
+    robot = robot_in(room_with(), start, 2.0)
+    assert robot.free_way(0.15) == pytest.approx(0.10)
+    beside = robot_in(room_with(), 3.0, 0.06 + SPOT.radius + SENSED_ROOM / 2)
+    assert beside.free_way(1.0) == 1.0
+
+
+def test_what_is_right_beside_the_body_on_stairs_is_sensed_before_it_is_touched():
+    y = 2.0 + SPOT.radius
+    robot = robot_in(room_with(([2.1, y - 0.01, 0.0], [2.5, y + 0.01, 1.0])), 2.0, 2.0)
+    assert robot.is_free_aside(0.05, 0.0)
+    assert not robot.is_free_aside(0.15, 0.0)
+    assert (robot.counters.sensor_stops, robot.counters.collisions) == (1, 0)
+    assert robot.is_free_aside(0.15, -0.02)
 
 
 def test_a_step_aside_or_backwards_is_no_turn():

@@ -86,6 +86,9 @@ class Climber:
                 return DONE
             z = self._robot.pose.z
             aside = self._aside()
+            if not self._robot.is_free_aside(STRIDE, aside):
+                self._failure = "something is right beside the body on the stairs"
+                return RUNNING
             if not self._robot.climb(STRIDE, aside):
                 self._failure = "ran into something on the stairs"
                 return RUNNING

@@ -29,6 +29,9 @@ LEG_REACH = 0.35
 SAFE_SUPPORT = 0.6
 """Share of the footprint that must have ground below it before the robot goes on by itself."""
 
+SENSED_ROOM = 0.02
+"""The sensors about the body stop it so far before a surface, m."""
+
 LOOK_TILT = math.radians(35)
 """How far the camera looks down at least when the robot tilts its body at an edge, rad."""
 
@@ -155,17 +158,34 @@ class SimulatedRobot:
         sensors: they stop just before. A stop is counted.
         """
         num = max(math.ceil(forward / MICRO_STEP), 1)
-        distances = np.arange(1, num + 1) * forward / num
-        places = self.pose.place + distances[:, None] * self.pose.forward
-        blocked = self.world.are_blocked(places, self.body)
         last = self.pose.place
-        for index, place in enumerate(places):
-            is_free = not blocked[index] and self.world.can_pass(last, place, self.body)
-            last = place
-            if not is_free or self.world.support(place, self.body.radius)[0] < SAFE_SUPPORT:
+        wide = replace(self.body, radius=self.body.radius + SENSED_ROOM)
+        # Who stands nearer to something already is still led past it.
+        bodies = [self.body] if self.world.is_blocked(last, wide) else [self.body, wide]
+        for index in range(num):
+            place = last + forward / num * self.pose.forward
+            share, height = self.world.support(place, self.body.radius)
+            place[2] = last[2] if math.isnan(height) else height
+            is_free = all(
+                not self.world.is_blocked(place, body) and self.world.can_pass(last, place, body)
+                for body in bodies
+            )
+            if share < SAFE_SUPPORT or not is_free:
                 self.counters.sensor_stops += 1
-                return float(distances[index] - forward / num)
+                return index * forward / num
+            last = place
         return forward
+
+    def is_free_aside(self, forward: float, left: float) -> bool:
+        """Tell whether nothing on stairs would touch the body's sides after a step, m; a stop is counted."""
+        ahead = self.pose.forward
+        target = self.pose.place + forward * ahead + left * np.array([-ahead[1], ahead[0], 0.0])
+        height = self.world.foot(target, reach=LEG_REACH)
+        target[2] = self.pose.z if math.isnan(height) else height
+        if not self._touches_aside(target):
+            return True
+        self.counters.sensor_stops += 1
+        return False
 
     def look_ahead(self) -> float:
         """Return how far the nearest surface ahead of the body is, m: bumpers' sensors; infinite for none."""
