@@ -164,6 +164,26 @@ def test_open_ground_keeps_clear_of_obstacles_and_of_unknown_but_not_of_the_robo
     centers = found.centers(*np.nonzero(found.cells == FREE))
     assert centers[:, 0].min() == pytest.approx(0.5 + 0.2, abs=0.11)
     assert centers[:, 0].max() == pytest.approx(2.5 - SPOT.radius - SPOT.clearance, abs=0.11)
-    trail[24:36, 44:56] = True
+    trail[10:50, 44:56] = True
     again = find_open_ground(grid, trail, SPOT)
     assert (again.cells == FREE).sum() > (found.cells == FREE).sum()
+
+
+@pytest.mark.parametrize(("side", "is_kept"), [(7, False), (11, True)])
+def test_a_spot_where_the_robot_was_is_no_place_to_start_from_beside_larger_ground(side, is_kept):
+    cells = np.full((60, 60), OCCUPIED, dtype=np.int8)
+    cells[:, :20] = FREE
+    grid = OccupancyGrid(cells=cells, resolution=0.05, origin=(0.0, 0.0))
+    trail = np.zeros((60, 60), dtype=bool)
+    # Of what the body covered its middle was where it reached half its width in every direction.
+    margin = round(SPOT.radius / 0.05) - 1
+    trail[
+        30 - margin - side // 2 : 31 + margin + side // 2, 40 - margin - side // 2 : 41 + margin + side // 2
+    ] = True
+    found = find_open_ground(grid, trail, SPOT)
+    centers = found.centers(*np.nonzero(found.cells == FREE))
+    assert (centers[:, 0] < 1.0).any()
+    assert (centers[:, 0] > 1.0).any() == is_kept
+    # Where there is nothing else, the spot is what there is.
+    alone = OccupancyGrid(cells=np.full_like(cells, OCCUPIED), resolution=0.05, origin=(0.0, 0.0))
+    assert (find_open_ground(alone, trail, SPOT).cells == FREE).any()

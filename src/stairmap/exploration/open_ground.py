@@ -18,6 +18,10 @@ STRIDE = 2
 UNKNOWN_MARGIN = 0.20
 """The robot's middle keeps so far from ground that nobody saw, m: few of its feet could step there."""
 
+MIN_ISLAND = 0.1
+"""Smallest open ground, m², that counts where there is larger one. Beside stairs that were found when the
+robot stood there, the spot where its middle was is all that is left open, and no way leads off a spot."""
+
 
 def find_open_ground(
     grid: OccupancyGrid, trail: Mask, body: Body, stairs: Sequence[Rectangle] = ()
@@ -46,13 +50,22 @@ def find_open_ground(
     # Its middle was where its body reached half its width in every direction.
     was_there = _distance(trail) * grid.resolution > body.radius - grid.resolution
     is_open |= was_there & ~on_stairs if stairs else was_there
-    cells = np.where(is_open[::STRIDE, ::STRIDE], FREE, UNKNOWN).astype(np.int8)
+    coarse = _without_islands(is_open[::STRIDE, ::STRIDE], MIN_ISLAND / (STRIDE * grid.resolution) ** 2)
+    cells = np.where(coarse, FREE, UNKNOWN).astype(np.int8)
     shift = (STRIDE - 1) * grid.resolution / 2
     return OccupancyGrid(
         cells=cells,
         resolution=grid.resolution * STRIDE,
         origin=(grid.origin[0] - shift, grid.origin[1] - shift),
     )
+
+
+def _without_islands(is_open: Mask, min_cells: float) -> Mask:
+    """Leave out parts of fewer cells than these, unless there is no larger one."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(is_open.astype(np.uint8), connectivity=8)
+    is_large = stats[:, cv2.CC_STAT_AREA] >= min_cells
+    is_large[0] = False  # what is not open
+    return np.asarray(is_large[labels]) if is_large.any() else is_open
 
 
 def _cover(grid: OccupancyGrid, rectangles: Sequence[Rectangle]) -> Mask:
