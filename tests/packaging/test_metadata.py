@@ -133,8 +133,8 @@ def test_container_installs_extras_that_there_are_and_gives_up_rights() -> None:
 def test_ros_container_installs_what_the_packages_ask_for() -> None:
     text = (ROOT / "ros/Dockerfile").read_text()
     with_ros_core = {
-        "action_msgs", "builtin_interfaces", "geometry_msgs", "launch", "launch_ros", "rcl_interfaces", "rclpy",
-        "rosidl_default_runtime", "sensor_msgs", "std_msgs", "std_srvs",
+        "action_msgs", "builtin_interfaces", "geometry_msgs", "launch", "launch_ros", "rcl_interfaces",
+        "rclpy", "rosidl_default_runtime", "sensor_msgs", "std_msgs", "std_srvs",
     }  # fmt: skip
     ours = {"stairmap", "stairmap_msgs", "stairmap_ros"}
     for package in ours:
