@@ -82,6 +82,17 @@ def test_whoever_believes_the_middle_elsewhere_does_not_run_into_the_wall_beside
     assert robot.counters.collisions == robot.counters.falls == 0
 
 
+def test_what_stands_right_beside_the_body_on_the_stairs_ends_the_climb_before_it_is_touched():
+    mesh, stairway = stairs()
+    post = make_block([2.7, 2.0 + 0.95 * SPOT.radius, 0.0], [3.4, 2.6, 2.5])
+    robot, _, climber = prepared(joined([mesh, post]), stairway)
+    progress = carried_out(climber)
+    assert progress.state == "failed"
+    assert "right beside the body" in progress.reason
+    assert robot.counters.collisions == robot.counters.falls == 0
+    assert robot.counters.sensor_stops > 0
+
+
 def test_stairs_that_are_not_there_end_the_climb():
     _, stairway = stairs()
     robot = robot_in(room_with(), 1.4, 2.0)

@@ -170,7 +170,8 @@ def test_it_pauses_goes_on_and_stops_when_it_is_told(ros_world: RosEnvironment, 
 @pytest.mark.parametrize(
     ("parameters", "told"),
     [
-        ({"output": "."}, "not empty"),
+        ({}, "expected the parameter robot"),
+        ({"robot": "spot", "output": "."}, "not empty"),
         ({"robots": "spot"}, "there is no parameter robots; did you mean robot?"),
         ({"robot": "nobody"}, "nobody"),
     ],

@@ -18,7 +18,7 @@ def generate_launch_description():
             default_value=PathJoinSubstitution([share, "config", "explorer.yaml"]),
             description="YAML file with the parameters",
         ),
-        DeclareLaunchArgument("robot", default_value="spot", description="profile, as the map's node has it"),
+        DeclareLaunchArgument("robot", description="profile of this robot, as the map's node has it"),
         DeclareLaunchArgument(
             "image", default_value="depth/image_rect_raw", description="topic of depth images"
         ),

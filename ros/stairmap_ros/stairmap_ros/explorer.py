@@ -9,6 +9,7 @@ from dataclasses import replace
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from stairmap.errors import ConfigError
 from stairmap.exploration.body import load_body
 from stairmap.exploration.decision_log import DecisionLog
 from stairmap.exploration.landings import classify_landings
@@ -39,6 +40,11 @@ class ExplorerNode(Node):
             "explorer", allow_undeclared_parameters=True, automatically_declare_parameters_from_overrides=True
         )
         self._own = declare_explorer_parameters(self)
+        if not self._own.robot:
+            raise ConfigError(
+                "expected the parameter robot, a profile of stairmap check --list or a YAML file: what it "
+                "can climb decides which stairs are climbed; pass robot:=NAME"
+            )
         import_py_trees()
         self._body = load_body(self._own.robot)
         self._record = MissionRecord(self, self._own.output)

@@ -65,9 +65,9 @@ class NodeConfig(InputConfig):
 class ExplorerConfig(InputConfig):
     """What the explorer is told."""
 
-    robot: str = Field("spot", min_length=1)
+    robot: str = ""
     """Robot that explores: a profile of `stairmap check --list`, or a YAML file; the same as the map's node
-    has. Its body, its speeds and what it can climb decide."""
+    has. Its body, its speeds and what it can climb decide, so it must be named."""
     robot_frame: str = Field("base_footprint", min_length=1)
     """Coordinate frame of the robot, x ahead."""
     robot_height: float = Field(0.0, ge=-2, le=2)

@@ -185,7 +185,7 @@ def _find_camera(images: Sequence[ListedImage], given: CameraFile | None) -> tup
 
 
 def load_organised(path: Path) -> Points:
-    """Return the (height, width, 3) points of an organised cloud, NaN where nothing was measured.
+    """Return the (height, width, 3) points of an organised cloud; NaN or zeros where nothing was measured.
 
     Raises
     ------
@@ -204,8 +204,7 @@ def load_organised(path: Path) -> Points:
             f"{cloud.shape[1]}x{cloud.shape[0]}; stairmap scan FILE finds stairs in large clouds"
         )
     points = np.concatenate(list(cloud.chunks()))
-    # Some drivers write zeros where nothing was measured.
-    points[~is_measured(points) | (points == 0).all(axis=1)] = np.nan
+    points[~is_measured(points)] = np.nan
     return points.reshape(*cloud.shape, 3)
 
 
